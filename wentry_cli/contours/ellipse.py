@@ -1,0 +1,96 @@
+"""The one shape: the silhouette of a sphere stretched at constant volume, and the result of fitting it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+PARAMETERS = ("x", "y", "R", "stretch", "tilt")
+
+
+@dataclass(frozen=True)
+class EllipseShape:
+    """An ellipse of revolution in full-frame pixels: semi-axes ``stretch * radius`` across, ``radius / stretch**2`` along.
+
+    ``x``, ``y`` is the centre (x right, y down); a positive ``tilt_deg`` moves the lower pole to the right.
+    """
+
+    x: float
+    y: float
+    radius: float
+    stretch: float = 1.0
+    tilt_deg: float = 0.0
+
+    @property
+    def semi_across(self) -> float:
+        """Semi-axis across the axis of revolution, px."""
+        return self.radius * self.stretch
+
+    @property
+    def semi_along(self) -> float:
+        """Semi-axis along the axis of revolution, px."""
+        return self.radius / self.stretch**2
+
+    @property
+    def bottom_y(self) -> float:
+        """Row of the lowest point, px."""
+        tilt = math.radians(self.tilt_deg)
+        return self.y + math.hypot(self.semi_across * math.sin(tilt), self.semi_along * math.cos(tilt))
+
+    def vector(self) -> NDArray[np.float64]:
+        """The parameters in the order of ``PARAMETERS``, tilt in radians."""
+        return np.array([self.x, self.y, self.radius, self.stretch, math.radians(self.tilt_deg)])
+
+
+@dataclass(frozen=True)
+class SilhouetteFit:
+    """A fitted ellipse of revolution with its standard uncertainties (NaN where a parameter was not fitted).
+
+    ``covariance`` is 5 x 5 in the order of ``PARAMETERS`` (px, px, px, 1, rad) with zero rows where a parameter was
+    held. ``arc_fraction`` is the part of the whole perimeter that was looked at, ``gated_fraction`` the part of that
+    arc which was left out because it disagreed. Where ``status`` is not ``ok`` the values are NaN or not to be trusted.
+    """
+
+    center_x_px: float
+    center_y_px: float
+    radius_px: float
+    stretch: float
+    tilt_deg: float
+    center_x_unc_px: float
+    center_y_unc_px: float
+    radius_unc_px: float
+    stretch_unc: float
+    tilt_unc_deg: float
+    bottom_y_px: float
+    bottom_y_unc_px: float
+    covariance: NDArray[np.float64]
+    blur_px: float
+    arc_fraction: float
+    gated_fraction: float
+    residual_rms_px: float
+    status: str
+
+    @property
+    def shape(self) -> EllipseShape:
+        """The fitted ellipse."""
+        return EllipseShape(self.center_x_px, self.center_y_px, self.radius_px, self.stretch, self.tilt_deg)
+
+
+def bottom_gradient(shape: EllipseShape) -> NDArray[np.float64]:
+    """Derivative of the lowest row with respect to ``PARAMETERS`` (tilt in radians)."""
+    tilt = math.radians(shape.tilt_deg)
+    a, b = shape.semi_across, shape.semi_along
+    sine, cosine = math.sin(tilt), math.cos(tilt)
+    depth = math.hypot(a * sine, b * cosine)
+    return np.array(
+        [
+            0.0,
+            1.0,
+            depth / shape.radius,
+            (a * a * sine**2 - 2.0 * b * b * cosine**2) / (shape.stretch * depth),
+            (a * a - b * b) * sine * cosine / depth,
+        ]
+    )
