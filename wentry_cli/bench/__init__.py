@@ -1,0 +1,1 @@
+"""Speed against error: each method of wentry against its peers, on truths that the methods do not see."""

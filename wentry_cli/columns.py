@@ -1,0 +1,260 @@
+"""The contract of the tables as text: a section a table, a line a column; ``schemas.py`` reads it.
+
+A section starts with ``# table | stage | what a row stands for``. A column is ``name | unit | kind | meaning``; a
+line ``±`` adds the standard uncertainty of the column above it, ``<name>_unc``.
+"""
+
+COLUMNS = """
+# frames | ingest | view, frame
+view | – | text | side or top
+frame | 1 | int | index in the clip, from 0, gaps counted
+camera_frame | 1 | int | number that the camera or the file name gave
+time_s | s | float | mid-exposure on the camera clock, 0 at the side view's first frame
+mean_level | grey | float | mean grey level of the region of interest
+saturated_fraction | 1 | float | share of pixels at the top of the range
+status | – | text | ok, or why something in this row is not measured
+
+# geometry | track | view
+view | – | text | side or top
+fps | 1/s | float | frame rate used
+fps_source | – | text | where the frame rate came from
+exposure_s | s | float | exposure of one frame
+scale_px_per_m | px/m | float | scale in air (top view: in the plane of the free surface)
+±
+scale_water_px_per_m | px/m | float | scale of what is seen through the water
+±
+scale_source | – | text | given, diameter, wet_ellipse or how else each scale was found
+surface_y_px | px | float | row of the undisturbed free surface (surface_impact: of the plate)
+±
+radius_px | px | float | radius of the undeformed sphere in air
+±
+impact_time_s | s | float | first contact on the camera clock
+±
+
+# top | track | frame
+frame | 1 | int | index in the clip, from 0, gaps counted
+t_s | s | float | time of mid-exposure after impact
+center_x_px | px | float | centre of the circle, to the right
+center_y_px | px | float | centre of the circle, downwards
+radius_px | px | float | radius of the circle
+±
+stretch | 1 | float | principal stretch λ
+±
+gated_fraction | 1 | float | share of the sectors left out of the fit
+residual_rms_px | px | float | rms distance of the edge from the circle
+status | – | text | ok, or why something in this row is not measured
+
+# side | track | frame
+frame | 1 | int | index in the clip, from 0, gaps counted
+t_s | s | float | time of mid-exposure after impact
+center_x_px | px | float | centre of the ellipse, to the right
+center_y_px | px | float | centre of the ellipse, downwards
+radius_px | px | float | radius of the sphere of equal volume
+±
+stretch | 1 | float | principal stretch λ; empty for a rigid sphere
+±
+bottom_y_px | px | float | lowest point of the ellipse
+±
+bottom_local_y_px | px | float | lowest point from the bottom of the outline alone
+±
+y_b_m | m | float | height of the lowest point above the undisturbed surface (negative below it)
+±
+y_b_source | – | text | local or ellipse
+separation_y_px | px | float | row of the separation line
+±
+separation_y_m | m | float | height of the separation line
+tilt_deg | ° | float | tilt of the ellipse's short axis; empty where not fitted
+arc_fraction | 1 | float | share of the outline that was visible and used
+gated_fraction | 1 | float | share of the visible sectors left out of the fit
+residual_rms_px | px | float | rms distance of the edge from the ellipse
+status | – | text | ok, or why something in this row is not measured
+
+# cavity | cavity | frame, row, wall
+frame | 1 | int | index in the clip, from 0, gaps counted
+t_s | s | float | time of mid-exposure after impact
+wall | 1 | int | 1 the outer wall, 2 the nested one, …
+y_m | m | float | height of the row
+left_m | m | float | left wall from the sphere's axis, negative to the left
+right_m | m | float | right wall from the sphere's axis
+
+# neck | cavity | frame, neck
+frame | 1 | int | index in the clip, from 0, gaps counted
+t_s | s | float | time of mid-exposure after impact
+neck | 1 | int | number of the neck, from 1, kept in time
+y_m | m | float | height of the neck
+radius_m | m | float | half width of the cavity at the neck
+±
+
+# events | cavity | event
+event | – | text | impact, dome_over, second_cavity, pinch_off
+index | 1 | int | number of the event of this kind, from 1
+t_s | s | float | time after impact
+±
+y_m | m | float | height where it happens
+value | – | text | pinch_off: deep_seal, surface_seal or sphere_seal
+status | – | text | ok, or why something in this row is not measured
+
+# stretch | stretch | frame
+frame | 1 | int | index in the clip, from 0, gaps counted
+t_s | s | float | time of mid-exposure after impact
+stretch | 1 | float | principal stretch λ, top before dome-over, side after it, both where both are valid
+±
+source | – | text | top, side or both
+stretch_top | 1 | float | λ of the top view at this time
+stretch_side | 1 | float | λ of the side view
+
+# periods | stretch | N
+period | 1 | int | N, from 1
+t_start_s | s | float | upward crossing that begins the period (the first: impact)
+t_end_s | s | float | upward crossing that ends it
+t_peak_s | s | float | time of the greatest λ
+t_valley_s | s | float | time of the smallest λ
+peak_to_peak_s | s | float | from this peak to the next
+±
+stretch_peak | 1 | float | λ_pN
+±
+stretch_valley | 1 | float | smallest λ of the period
+status | – | text | ok, or why something in this row is not measured
+
+# kinematics | kinematics | frame
+frame | 1 | int | index in the clip, from 0, gaps counted
+t_s | s | float | time of mid-exposure after impact
+x_c_m | m | float | sideways position of the centre
+y_b_m | m | float | height of the lowest point
+±
+y_c_m | m | float | height of the centre of mass
+±
+v_b_m_s | m/s | float | velocity of the lowest point, up positive
+±
+v_c_m_s | m/s | float | velocity of the centre of mass
+±
+a_c_m_s2 | m/s² | float | acceleration of the centre of mass
+±
+status | – | text | ok, or why something in this row is not measured
+
+# model | model | time
+t_s | s | float | model time, 0 at the first peak
+t_scaled_s | s | float | time after impact: t_peak_1 + ratio · t_s
+stretch | 1 | float | model λ
+stretch_viscous | 1 | float | model λ_p
+
+# model_fit | model | drop
+period_exp_s | s | float | measured free period, first to second peak
+period_model_s | s | float | model free period, first to second peak
+time_ratio | 1 | float | T_exp/T_model
+±
+stretch_0 | 1 | float | λ_p1, the model's start
+residual_rms | 1 | float | rms of measured minus time-scaled model λ
+eps0_dot_1_s | 1/s | float | ε̇₀ of the material used
+n | 1 | float | n of the material used
+status | – | text | ok, or why something in this row is not measured
+
+# kinematics_model | model | frame
+frame | 1 | int | index in the clip, from 0, gaps counted
+t_s | s | float | time of mid-exposure after impact
+x_c_m | m | float | sideways position of the centre
+y_b_m | m | float | height of the lowest point
+±
+y_c_m | m | float | height of the centre of mass
+±
+v_b_m_s | m/s | float | velocity of the lowest point, up positive
+±
+v_c_m_s | m/s | float | velocity of the centre of mass
+±
+a_c_m_s2 | m/s² | float | acceleration of the centre of mass
+±
+stretch_source | – | text | model, measured or bridge
+status | – | text | ok, or why something in this row is not measured
+
+# forces | summary | N (soft) or frame (rigid)
+period | 1 | int | N; empty for a rigid sphere
+t_mid_s | s | float | middle of the period, or time of the frame
+t_mid_over_tp | 1 | float | the same over the drop's own t_p
+force_coefficient | 1 | float | net force coefficient, as the paper
+±
+force_coefficient_hydro | 1 | float | hydrodynamic: weight and buoyancy added
+±
+
+# summary | summary | drop
+drop | – | text | name of the drop
+kind | – | text | water_entry, surface_impact or free_flight
+condition | – | text | groups repeated drops
+repeat | – | text | which repeat
+sphere_id | – | text | groups drops of one sphere
+rigid | – | text | true or false
+diameter_m | m | float | undeformed diameter
+density_kg_m3 | kg/m³ | float | density of the sphere
+g_inf_pa | Pa | float | G∞ of the material
+impact_speed_m_s | m/s | float | U₀, measured, positive downwards
+±
+speed_from_height_m_s | m/s | float | √(2 g h), the cross-check
+acceleration_m_s2 | m/s² | float | free flight: constant acceleration, up positive
+±
+froude | 1 | float | U₀/√(gD)
+bond | 1 | float | ρ_w g D²/σ
+reynolds | 1 | float | ρ_w U₀ D/μ
+stiffness_ratio | 1 | float | G∞/(ρ_w U₀²)
+period_s | s | float | free period, first to second peak
+±
+time_ratio | 1 | float | T_exp/T_model
+stretch_peak_1 | 1 | float | λ_p1
+stretch_peak_2 | 1 | float | λ_p2
+stretch_peak_3 | 1 | float | λ_p3
+stretch_peak_4 | 1 | float | λ_p4
+stretch_peak_5 | 1 | float | λ_p5
+t_p_s | s | float | time of pinch-off after impact
+±
+y_p_m | m | float | height of pinch-off
+pinch_off_cavity | 1 | int | N of the cavity that pinches off; empty for a rigid sphere
+seal_type | – | text | deep_seal, surface_seal or sphere_seal
+diameter_eff_m | m | float | D_eff = λ_pN D
+froude_eff | 1 | float | U₀/√(g D_eff)
+tp_u0_over_d | 1 | float | t_p U₀/D
+tp_u0_over_deff | 1 | float | t_p U₀/D_eff
+speed_after_period_m_s | m/s | float | U₁, positive downwards
+delta_u_over_u0 | 1 | float | (U₀ − U₁)/U₀
+±
+velocity_source | – | text | kinematics or kinematics_model
+frames_measured | 1 | int | frames with status ok
+frames_total | 1 | int | frames in the clip
+status | – | text | ok, or why something in this row is not measured
+
+# scaling | scaling | relation
+relation | – | text | which regression
+x | – | text | abscissa
+y | – | text | ordinate
+slope | 1 | float | slope; of a power law its prefactor
+±
+slope_low | 1 | float | lower end of the 95 % interval, the wider of two bootstraps: over drops, over spheres
+slope_high | 1 | float | upper end of it
+intercept | 1 | float | intercept, empty through the origin
+exponent | 1 | float | exponent of a power law
+±
+r_squared | 1 | float | share of the variance explained
+residual_scatter | 1 | float | standard deviation of the residuals
+n | 1 | int | number of drops
+paper_value | 1 | float | the paper's value
+status | – | text | ok, or why something in this row is not measured
+
+# materials | calibrate | material, sphere
+material | – | text | key of the material
+sphere_id | – | text | sphere it was measured on
+diameter_m | m | float | diameter of that sphere
+g_inf_pa | Pa | float | G∞
+±
+g_t_pa | Pa | float | G_T
+±
+xi | 1 | float | ξ
+±
+tau0_pa | Pa | float | τ₀
+±
+m | 1 | float | m
+±
+n | 1 | float | n
+±
+eps0_dot_1_s | 1/s | float | ε̇₀
+±
+correlation | 1 | float | correlation of ln ε̇₀ and n
+source | – | text | impact, compression or table
+status | – | text | ok, or why something in this row is not measured
+"""

@@ -1,0 +1,55 @@
+"""What a user can get wrong, each with the exit code of the command line.
+
+A ``WentryError`` is one sentence that says what is wrong, where, and what to do about it. Anything else
+that is raised is a programmer's mistake and keeps its traceback.
+"""
+
+from __future__ import annotations
+
+
+class WentryError(Exception):
+    """A mistake the user can mend; ``str(error)`` is the sentence to show."""
+
+    exit_code = 1
+
+
+class ConfigurationError(WentryError):
+    """The configuration is wrong: unknown, misspelt, mistyped, missing or contradictory keys."""
+
+    exit_code = 3
+
+
+class InputError(WentryError):
+    """A file is missing, unreadable, truncated or disagrees with another."""
+
+    exit_code = 4
+
+
+class FrameUnreadableError(InputError):
+    """One frame of a readable recording is missing or damaged; the frame gets a status and the clip goes on.
+
+    ``status`` is the word for ``frames.csv``: ``bad_frame`` or ``gap``.
+    """
+
+    def __init__(self, message: str, status: str = "bad_frame") -> None:
+        """Keep the sentence and the status word."""
+        super().__init__(message)
+        self.status = status
+
+
+class TooFewMeasurementsError(WentryError):
+    """The recording was read, but too little of it could be measured; raised after the tables are written."""
+
+    exit_code = 5
+
+
+class CampaignError(WentryError):
+    """Some drops of a campaign failed; the others are complete."""
+
+    exit_code = 6
+
+
+class LockedError(WentryError):
+    """Another process is writing into the same results folder."""
+
+    exit_code = 7

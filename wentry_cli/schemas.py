@@ -1,0 +1,54 @@
+"""Every column of every table: name, unit, type and meaning, written once.
+
+The command line, the stages, the report and ``docs/tables.md`` read from here. Nothing heavy is imported.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from wentry_cli.columns import COLUMNS
+
+STATUS_WORDS = ["ok", "no_object", "no_edge", "short_arc", "occluded", "out_of_frame", "poor_fit", "saturated", "bad_frame", "gap", "interpolated", "early_shape", "no_unit_crossing", "clip_ended", "no_neck", "too_few", "not_identified", "manual"]
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column: ``kind`` is ``float``, ``int`` or ``text``; an empty cell means not measured."""
+
+    name: str
+    unit: str
+    kind: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Table:
+    """One CSV: its name without suffix, the stage that writes it, what a row is, its columns in order."""
+
+    name: str
+    stage: str
+    row: str
+    columns: tuple[Column, ...]
+
+    @property
+    def names(self) -> list[str]:
+        """The column names in the order of the file."""
+        return [column.name for column in self.columns]
+
+
+def _table(section: str) -> Table:
+    header, *lines = section.strip().splitlines()
+    name, stage, row = (part.strip() for part in header.split("|"))
+    columns: list[Column] = []
+    for line in lines:
+        columns.append(_uncertainty(columns[-1]) if line == "±" else Column(*map(str.strip, line.split("|"))))
+    return Table(name, stage, row, tuple(columns))
+
+
+def _uncertainty(value: Column) -> Column:
+    meaning = f"standard uncertainty (k = 1) of {value.name}"
+    return Column(f"{value.name}_unc", value.unit, "float", meaning)
+
+
+TABLES = {table.name: table for table in map(_table, COLUMNS.strip().removeprefix("# ").split("\n# "))}

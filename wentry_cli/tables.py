@@ -1,0 +1,117 @@
+"""Read and write a table, checked against its schema; writes are atomic and the same data give the same bytes."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from wentry_cli.errors import InputError
+from wentry_cli.schemas import TABLES, Table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FLOAT_FORMAT = "%.9g"
+_READ_TYPES = {"float": "float64", "int": "Int64", "text": "string"}
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Give a temporary path beside ``path`` that takes its place when the block ends well, and vanishes otherwise.
+
+    Raises ``InputError`` where the folder cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror}); choose another folder with -o") from error
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        yield temporary
+        temporary.chmod(0o644)
+        temporary.replace(path)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write ``text`` as UTF-8 with plain line ends, all of it or nothing."""
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
+
+
+def table_path(folder: Path, name: str) -> Path:
+    """Where the table ``name`` lies in ``folder``."""
+    return folder / f"{TABLES[name].name}.csv"
+
+
+def has_table(folder: Path, name: str) -> bool:
+    """Whether the table ``name`` was written into ``folder``."""
+    return table_path(folder, name).is_file()
+
+
+def new_table(name: str, columns: dict[str, Any]) -> pd.DataFrame:
+    """Make the table ``name`` from arrays by column name; columns that are left out are empty.
+
+    Raises ``KeyError`` for a column that the schema does not know.
+    """
+    import pandas as pd
+
+    table = TABLES[name]
+    unknown = sorted(set(columns) - set(table.names))
+    if unknown:
+        raise KeyError(f"{name}.csv has no column {', '.join(unknown)}")
+    frame = pd.DataFrame(columns)
+    return _typed(frame.reindex(columns=table.names), table)
+
+
+def _typed(frame: pd.DataFrame, table: Table) -> pd.DataFrame:
+    types = {column.name: _READ_TYPES[column.kind] for column in table.columns}
+    return frame.astype(types)  # type: ignore[arg-type]
+
+
+def write_table(folder: Path, name: str, frame: pd.DataFrame) -> Path:
+    """Write ``frame`` as the table ``name`` into ``folder``: schema order, 9 significant digits, NaN as an empty cell.
+
+    Raises ``KeyError`` where a column is missing or unknown, which is a programmer's mistake.
+    """
+    table = TABLES[name]
+    missing = [column for column in table.names if column not in frame.columns]
+    unknown = [column for column in frame.columns if column not in table.names]
+    if missing or unknown:
+        raise KeyError(f"{name}.csv: missing columns {missing}, unknown columns {unknown}")
+    path = table_path(folder, name)
+    ordered = _typed(frame[table.names], table)
+    with replacing(path) as temporary:
+        ordered.to_csv(temporary, index=False, float_format=FLOAT_FORMAT, lineterminator="\n", encoding="utf-8")
+    return path
+
+
+def read_table(folder: Path, name: str) -> pd.DataFrame:
+    """Read the table ``name`` from ``folder`` with the types of its schema (float64, Int64, string).
+
+    Columns that somebody added are dropped. Raises ``InputError`` where the file is missing, is not a table or lacks a
+    column.
+    """
+    import pandas as pd
+
+    table = TABLES[name]
+    path = table_path(folder, name)
+    types = {column.name: _READ_TYPES[column.kind] for column in table.columns}
+    try:
+        frame = pd.read_csv(path, dtype=types, encoding="utf-8")  # type: ignore[arg-type]
+    except FileNotFoundError:
+        raise InputError(f"{path}: missing; run `wentry process` (stage {table.stage}) first") from None
+    except (ValueError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: not a {name} table ({error}); run the stage {table.stage} again") from error
+    missing = [column for column in table.names if column not in frame.columns]
+    if missing:
+        raise InputError(f"{path}: column {missing[0]} is missing; run the stage {table.stage} again")
+    return frame[table.names]
