@@ -1,0 +1,251 @@
+"""Scan conversion of overlapping polygons into blurred pixels.
+
+Every polygon carries a layer and a grey level; where polygons overlap, the highest layer is seen. Scan lines cross the
+outlines at exact abscissae; each step of the visible level is laid down as a step that has been blurred by the point
+spread function and integrated over the pixel, so the horizontal position of an edge is exact and the vertical one is
+limited by the number of scan lines (``LINES_PER_ROW``), not by the pixel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import erf
+
+from wentry_cli.compiled import compiled
+
+GRID_ROWS = 4
+LINES_PER_ROW = 16
+TABLE_STEPS = 256
+REACH_SIGMA = 4.5
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Polygon:
+    """A closed outline in pixels, shape (n, 2) as (x, y); ``level`` is the transmission seen where it lies on top."""
+
+    points: Floats
+    level: float
+    layer: int
+
+
+@dataclass(frozen=True)
+class Window:
+    """A rectangle of pixels, half open."""
+
+    x0: int
+    y0: int
+    x1: int
+    y1: int
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return (self.y1 - self.y0, self.x1 - self.x0)
+
+
+def _smooth_ramp(u: Floats, sigma: float) -> Floats:
+    """Second antiderivative of a normal density of standard deviation ``sigma``."""
+    z = u / sigma
+    density = np.exp(-0.5 * z * z) / np.sqrt(2.0 * np.pi)
+    cumulative = 0.5 * (1.0 + erf(z / np.sqrt(2.0)))
+    return np.asarray(sigma * (z * cumulative + density))
+
+
+@lru_cache(maxsize=32)
+def _step_table(sigma: float) -> tuple[Floats, int]:
+    """Increments between neighbouring pixels of a blurred, pixel-integrated step, for TABLE_STEPS + 1 phases."""
+    half = int(np.ceil(REACH_SIGMA * sigma + 1.0))
+    phase = np.arange(TABLE_STEPS + 1) / TABLE_STEPS
+    pixel = np.arange(-half - 1, half + 2)
+    u = pixel[None, :] - phase[:, None]
+    value = _smooth_ramp(u + 0.5, sigma) - _smooth_ramp(u - 0.5, sigma)
+    increments = np.diff(value, axis=1)
+    return np.ascontiguousarray(increments / increments.sum(axis=1, keepdims=True)), half
+
+
+@lru_cache(maxsize=32)
+def _column_kernel(sigma: float) -> tuple[NDArray[np.float32], int]:
+    """Weights of the fine rows in a pixel: point spread function times pixel, less the width of a fine row."""
+    h = 1.0 / GRID_ROWS
+    narrow = float(np.sqrt(max(sigma * sigma - h * h / 12.0, 0.01 * sigma * sigma)))
+    reach = int(np.ceil((REACH_SIGMA * sigma + 0.5) * GRID_ROWS))
+    offset = (np.arange(-reach, reach + GRID_ROWS) + 0.5) * h - 0.5
+    root2 = narrow * np.sqrt(2.0)
+    weight = 0.5 * (erf((offset + 0.5) / root2) - erf((offset - 0.5) / root2)) * h
+    return (weight / weight.sum()).astype(np.float32), reach
+
+
+@compiled
+def _find_crossings(points, starts, first, n_lines, lines_per_row):  # type: ignore[no-untyped-def]
+    n_polygons = starts.size - 1
+    count = np.zeros(n_lines + 1, np.int64)
+    for stage in range(2):
+        if stage == 1:
+            for k in range(n_lines):
+                count[k + 1] += count[k]
+            cursor = count[:-1].copy()
+            xs = np.empty(count[-1], np.float64)
+            who = np.empty(count[-1], np.int64)
+            sense = np.empty(count[-1], np.int64)
+        for p in range(n_polygons):
+            a, b = starts[p], starts[p + 1]
+            for i in range(a, b):
+                j = i + 1 if i + 1 < b else a
+                ya = (points[i, 1] - first) * lines_per_row - 0.5
+                yb = (points[j, 1] - first) * lines_per_row - 0.5
+                if ya == yb:
+                    continue
+                direction = 1 if yb > ya else -1
+                low, high = (ya, yb) if yb > ya else (yb, ya)
+                k0 = max(int(np.ceil(low)), 0)
+                k1 = min(int(np.ceil(high)), n_lines)
+                slope = (points[j, 0] - points[i, 0]) / (yb - ya)
+                for k in range(k0, k1):
+                    if stage == 0:
+                        count[k + 1] += 1
+                    else:
+                        c = cursor[k]
+                        xs[c] = points[i, 0] + slope * (k - ya)
+                        who[c] = p
+                        sense[c] = direction
+                        cursor[k] = c + 1
+    return count, xs, who, sense
+
+
+@compiled
+def _lay_steps(fine, crossings, levels, layers, table, half, x0, weight, lines_per_fine):  # type: ignore[no-untyped-def]
+    count, xs, who, sense = crossings
+    n_lines = count.size - 1
+    width = fine.shape[1]
+    phases = table.shape[0] - 1
+    taps = table.shape[1]
+    winding = np.zeros(levels.size, np.int64)
+    active = np.empty(levels.size, np.int64)
+    for k in range(n_lines):
+        a, b = count[k], count[k + 1]
+        for i in range(a + 1, b):
+            x, w, s = xs[i], who[i], sense[i]
+            j = i - 1
+            while j >= a and xs[j] > x:
+                xs[j + 1] = xs[j]
+                who[j + 1] = who[j]
+                sense[j + 1] = sense[j]
+                j -= 1
+            xs[j + 1] = x
+            who[j + 1] = w
+            sense[j + 1] = s
+        n_active = 0
+        seen = 1.0
+        row = fine[k // lines_per_fine]
+        for i in range(a, b):
+            p = who[i]
+            before = winding[p]
+            winding[p] = before + sense[i]
+            if before == 0:
+                active[n_active] = p
+                n_active += 1
+            elif winding[p] == 0:
+                for m in range(n_active):
+                    if active[m] == p:
+                        active[m] = active[n_active - 1]
+                        n_active -= 1
+                        break
+            top = 1.0
+            best = -1000000
+            for m in range(n_active):
+                if layers[active[m]] > best:
+                    best = layers[active[m]]
+                    top = levels[active[m]]
+            step = (top - seen) * weight
+            seen = top
+            if step == 0.0:
+                continue
+            u = xs[i] - x0
+            if u < -half:
+                row[0] += step
+                continue
+            if u > width + half:
+                continue
+            base = int(np.floor(u))
+            fraction = (u - base) * phases
+            cell = int(fraction)
+            fraction -= cell
+            for t in range(taps):
+                column = base - half + t
+                amount = step * ((1.0 - fraction) * table[cell, t] + fraction * table[cell + 1, t])
+                if column < 0:
+                    row[0] += amount
+                elif column < width:
+                    row[column] += amount
+        for i in range(a, b):
+            winding[who[i]] = 0
+
+
+@compiled
+def _gather_rows(fine, kernel, grid_rows, out):  # type: ignore[no-untyped-def]
+    rows, columns = out.shape
+    taps = kernel.size
+    total = np.empty(columns, np.float32)
+    for r in range(rows):
+        total[:] = 0.0
+        for t in range(taps):
+            weight = kernel[t]
+            line = fine[r * grid_rows + t]
+            for c in range(columns):
+                total[c] += weight * line[c]
+        running = 1.0
+        for c in range(columns):
+            running += total[c]
+            out[r, c] = running
+
+
+def clear_fine_rows(window: Window, psf_px: float) -> NDArray[np.float32]:
+    """Empty accumulator for :func:`lay_polygons` over ``window`` with a blur of ``psf_px``."""
+    _, reach = _column_kernel(psf_px)
+    rows, columns = window.shape
+    return np.zeros((rows * GRID_ROWS + 2 * reach, columns), np.float32)
+
+
+def lay_polygons(
+    fine: NDArray[np.float32], polygons: Sequence[Polygon], window: Window, psf_px: float, weight: float = 1.0
+) -> None:
+    """Add ``weight`` times the picture of ``polygons`` to ``fine``: call once per instant of an exposure."""
+    if not polygons:
+        return
+    table, half = _step_table(psf_px)
+    _, reach = _column_kernel(psf_px)
+    lines_per_fine = LINES_PER_ROW // GRID_ROWS
+    points = np.concatenate([p.points for p in polygons])
+    starts = np.cumsum([0] + [len(p.points) for p in polygons])
+    first = window.y0 - 0.5 - reach / GRID_ROWS
+    crossings = _find_crossings(points, starts, first, fine.shape[0] * lines_per_fine, float(LINES_PER_ROW))
+    levels = np.array([p.level for p in polygons])
+    layers = np.array([p.layer for p in polygons])
+    _lay_steps(fine, crossings, levels, layers, table, half, float(window.x0), weight / lines_per_fine, lines_per_fine)
+
+
+def finish_rows(fine: NDArray[np.float32], window: Window, psf_px: float) -> NDArray[np.float32]:
+    """Blur the accumulator down to pixels: transmission, 1 where nothing lies. Shape of ``window``."""
+    kernel, _ = _column_kernel(psf_px)
+    out = np.empty(window.shape, np.float32)
+    _gather_rows(fine, kernel, GRID_ROWS, out)
+    return out
+
+
+def draw_polygons(instants: Sequence[Sequence[Polygon]], window: Window, psf_px: float = 1.0) -> NDArray[np.float32]:
+    """Transmission of ``window``, averaged over the ``instants`` of one exposure.
+
+    Arguments: for each instant the polygons in full-frame pixels; the standard deviation of the Gaussian point spread
+    function in pixels. Returns float32, shape of the window, 1 where no polygon lies.
+    """
+    fine = clear_fine_rows(window, psf_px)
+    for polygons in instants:
+        lay_polygons(fine, polygons, window, psf_px, 1.0 / len(instants))
+    return finish_rows(fine, window, psf_px)
