@@ -1,0 +1,61 @@
+"""Frames that do not belong to the track: found before smoothing by their neighbours, after it by their residual."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.kinematics.state_pass import StatePass
+
+Array = NDArray[np.float64]
+MAD_TO_SD = 1.4826
+GROSS = 8.0
+LATE = 4.0
+
+
+def first_suspects(times: Array, position: Array, variance: Array) -> NDArray[np.bool_]:
+    """Return a mask of gross outliers: off the cubic through two neighbours on either side by more than 8 MAD.
+
+    A neighbour of an outlier is off too, by less: only the worst of any five adjacent frames goes, then all are judged
+    again by what is left.
+    """
+    keep = np.ones(times.size, dtype=bool)
+    for _ in range(12):
+        index = np.flatnonzero(keep)
+        if index.size < 9:
+            break
+        score = _neighbour_score(times[index], position[index], variance[index])
+        limit = GROSS * max(MAD_TO_SD * float(np.median(np.abs(score))), 1e-12 * float(np.ptp(position)) + 1e-300)
+        padded = np.pad(np.abs(score), 2)
+        highest = np.max([padded[i : i + score.size] for i in range(5)], axis=0)
+        worst = (np.abs(score) > limit) & (np.abs(score) >= highest)
+        if not worst.any():
+            break
+        keep[index[worst]] = False
+    return ~keep
+
+
+def _neighbour_score(t: Array, y: Array, variance: Array) -> Array:
+    """Distance of each position from the cubic through its four neighbours, over its own standard deviation."""
+    score = np.zeros(t.size)
+    middle = slice(2, t.size - 2)
+    around = [slice(2 + k, t.size - 2 + k) for k in (-2, -1, 1, 2)]
+    predicted = np.zeros(t.size - 4)
+    for i in around:
+        weight = np.ones(t.size - 4)
+        for j in around:
+            if j != i:
+                weight = weight * (t[middle] - t[j]) / (t[i] - t[j])
+        predicted += weight * y[i]
+    spread = np.sqrt(variance[middle])
+    score[middle] = (y[middle] - predicted) / (spread / np.median(spread))
+    return score
+
+
+def late_suspects(result: StatePass, times: Array, position: Array, variance: Array) -> NDArray[np.bool_]:
+    """Return a mask of frames whose residual, with the frame itself left out, exceeds 4 robust standard deviations."""
+    residual = position - result.evaluate(times)[0][:, 0]
+    leverage = result.leverage(times, variance)
+    score = residual / np.sqrt(variance * (1.0 - leverage))
+    limit = LATE * MAD_TO_SD * float(np.median(np.abs(score)))
+    return (np.abs(score) > limit) & (np.abs(residual) > 1e-9 * float(np.ptp(position)))
