@@ -9,7 +9,26 @@ from dataclasses import dataclass
 
 from wentry_cli.columns import COLUMNS
 
-STATUS_WORDS = ["ok", "no_object", "no_edge", "short_arc", "occluded", "out_of_frame", "poor_fit", "saturated", "bad_frame", "gap", "interpolated", "early_shape", "no_unit_crossing", "clip_ended", "no_neck", "too_few", "not_identified", "manual"]
+STATUS_WORDS = (
+    "ok",
+    "no_object",
+    "no_edge",
+    "short_arc",
+    "occluded",
+    "out_of_frame",
+    "poor_fit",
+    "saturated",
+    "bad_frame",
+    "gap",
+    "interpolated",
+    "early_shape",
+    "no_unit_crossing",
+    "clip_ended",
+    "no_neck",
+    "too_few",
+    "not_identified",
+    "manual",
+)
 
 
 @dataclass(frozen=True)

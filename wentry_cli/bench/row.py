@@ -9,9 +9,9 @@ from dataclasses import dataclass
 class BenchRow:
     """What one method reached on one case.
 
-    ``bias`` and ``rmse`` are of ``quantity`` in ``unit`` against a truth that the method did not see; ``ratio_to_bound``
-    is RMSE over the Cramér–Rao bound (NaN where there is none); ``failures`` is the share of items without a result or
-    grossly wrong; ``time_us`` is the median time per item in microseconds.
+    ``bias`` and ``rmse`` are of ``quantity`` in ``unit`` against a truth that the method did not see;
+    ``ratio_to_bound`` is RMSE over the Cramér–Rao bound (NaN where there is none); ``failures`` is the share of items
+    without a result or grossly wrong; ``time_us`` is the median time per item in microseconds.
     """
 
     chapter: str

@@ -1,0 +1,122 @@
+"""Find the drops of a campaign and read what is said about each."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from wentry_cli.config.materials import Material, calibrated, find_material, packaged_config
+from wentry_cli.config.messages import validate
+from wentry_cli.config.models import Experiment, View
+from wentry_cli.config.places import Document, read_document
+from wentry_cli.errors import ConfigurationError, InputError
+
+EXPERIMENT = "experiment.yaml"
+CAMPAIGN = "campaign.yaml"
+
+
+@dataclass(frozen=True)
+class Drop:
+    """One drop: its name, the folder of its ``experiment.yaml``, its validated configuration and its material."""
+
+    name: str
+    folder: Path
+    experiment: Experiment
+    material: Material | None = None
+    materials_path: Path = field(default_factory=lambda: packaged_config("materials.yaml"))
+
+    def view(self, name: str) -> View:
+        """The configuration of the view ``name``; raises ``KeyError`` where it was not filmed."""
+        view: View | None = getattr(self.experiment.views, name)
+        if view is None:
+            raise KeyError(f"{self.name} has no {name} view")
+        return view
+
+    def source_path(self, view: str) -> Path:
+        """Where the recording of ``view`` lies."""
+        return self.folder / self.view(view).source
+
+    def with_calibration(self, results: Path) -> Drop:
+        """The same drop with the material that a calibration in ``results`` gave, where there is one."""
+        sphere = self.experiment.sphere
+        return replace(self, material=calibrated(self.material, sphere.material, sphere.group, results))
+
+    def record(self) -> dict[str, Any]:
+        """What ``from_record`` needs to make this drop again, as plain data."""
+        return {
+            "name": self.name,
+            "folder": str(self.folder),
+            "experiment": self.experiment.model_dump(mode="json"),
+            "material": None if self.material is None else self.material.model_dump(mode="json"),
+            "materials_path": str(self.materials_path),
+        }
+
+    @classmethod
+    def from_record(cls, record: dict[str, Any]) -> Drop:
+        """Make a drop from its record."""
+        material = record["material"]
+        return cls(
+            name=record["name"],
+            folder=Path(record["folder"]),
+            experiment=Experiment.model_validate(record["experiment"]),
+            material=None if material is None else Material.model_validate(material),
+            materials_path=Path(record["materials_path"]),
+        )
+
+
+def find_drops(video_dir: Path) -> dict[str, Path]:
+    """Name and folder of every drop in ``video_dir``, sorted by name; drops do not nest.
+
+    Raises ``InputError`` where the folder is missing or holds no ``experiment.yaml``, or where two drops would have one
+    name.
+    """
+    if not video_dir.is_dir():
+        raise InputError(f"{video_dir}: no such folder; give the folder of a drop or of a campaign")
+    root = video_dir.resolve()
+    if (root / EXPERIMENT).is_file():
+        return {root.name: video_dir}
+    drops: dict[str, Path] = {}
+    for folder, below, files in os.walk(video_dir):
+        below[:] = sorted(name for name in below if not name.startswith("."))
+        if EXPERIMENT not in files:
+            continue
+        below.clear()
+        name = "__".join(Path(folder).relative_to(video_dir).parts)
+        if name in drops:
+            raise InputError(f"{folder}: its name {name} is that of {drops[name]}; rename one of the two folders")
+        drops[name] = Path(folder)
+    if not drops:
+        raise InputError(
+            f"{video_dir}: holds no {EXPERIMENT}; `wentry init {video_dir}` writes one to fill in, beside the recording"
+        )
+    return dict(sorted(drops.items()))
+
+
+def read_drop(name: str, folder: Path, overrides: Document | None = None) -> Drop:
+    """Read one drop: its ``experiment.yaml`` over the nearest ``campaign.yaml`` at or above it.
+
+    ``overrides`` (from ``--set``) stand over both. Raises ``ConfigurationError`` with every problem and its place.
+    """
+    document = read_document(folder / EXPERIMENT)
+    campaign = _nearest(folder, CAMPAIGN)
+    if campaign is not None:
+        document = document.over(read_document(campaign))
+    if overrides is not None:
+        document = overrides.over(document)
+    experiment = validate(Experiment, document)
+    beside = (campaign.parent if campaign else folder) / "materials.yaml"
+    materials = beside if beside.is_file() else packaged_config("materials.yaml")
+    try:
+        material = find_material(experiment.sphere.material, materials)
+    except ConfigurationError as error:
+        if "sphere.material" not in str(error):
+            raise
+        raise ConfigurationError(f"{document.place(('sphere', 'material'))}: error: {error}") from error
+    return Drop(name, folder, experiment, material, materials)
+
+
+def _nearest(folder: Path, name: str) -> Path | None:
+    here = folder.resolve()
+    return next((level / name for level in (here, *here.parents) if (level / name).is_file()), None)

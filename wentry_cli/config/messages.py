@@ -1,0 +1,134 @@
+"""From what the validator found to sentences: ``file:line:column: error: key: message``, all at once."""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+from typing import Any, TypeVar, get_args
+
+from pydantic import BaseModel, ValidationError
+
+from wentry_cli.config.places import Document, KeyPath
+from wentry_cli.errors import ConfigurationError
+
+M = TypeVar("M", bound=BaseModel)
+
+_PLAIN = {
+    "missing": "is required",
+    "greater_than": "must be greater than {gt:g}, not {input}",
+    "greater_than_equal": "must be at least {ge:g}, not {input}",
+    "less_than_equal": "must be at most {le:g}, not {input}",
+    "float_type": "must be a number, not {input}",
+    "int_type": "must be a whole number, not {input}",
+    "finite_number": "must be a finite number, not {input}",
+    "string_type": "must be text, not {input}",
+    "literal_error": "must be one of {expected}, not {input}",
+    "form": "must be {expected}, not {input}",
+    "model_type": "must hold `key: value` lines, not {input}",
+    "tuple_type": "must be a list such as [0, 100], not {input}",
+    "too_long": "has too many entries: {input}",
+}
+
+
+def configuration_error(error: ValidationError, document: Document, model: type[BaseModel]) -> ConfigurationError:
+    """One error that lists every problem on a line of its own, in the order of the file."""
+    by_path: dict[KeyPath, list[Any]] = {}
+    for problem in error.errors(include_url=False):
+        by_path.setdefault(_key_path(problem["loc"], document.data), []).append(problem)
+    lines: list[tuple[int, int, str]] = []
+    for path, problems in by_path.items():
+        place = document.place(path)
+        key = ".".join(str(part) for part in path) or "experiment"
+        where, order = (f"{place}: ", (place.line, place.column)) if place else ("", (0, 0))
+        lines.append((*order, f"{where}error: {key}: {_message(_nearest_form(problems), path, model)}"))
+    return ConfigurationError("\n".join(line for *_, line in sorted(lines)))
+
+
+def _key_path(loc: tuple[str | int, ...], data: Any) -> KeyPath:
+    """Drop the names of union branches that the validator puts into a location."""
+    path: list[str | int] = []
+    for part in loc:
+        below = data[part] if _holds(data, part) else None
+        is_last = part == loc[-1]
+        if below is None and not (_holds(data, part) or (is_last and isinstance(data, dict))):
+            continue
+        path.append(part)
+        data = below
+    return tuple(path)
+
+
+def _holds(data: Any, part: str | int) -> bool:
+    if isinstance(data, dict):
+        return part in data
+    return isinstance(data, list | tuple) and isinstance(part, int) and part < len(data)
+
+
+def _nearest_form(problems: list[Any]) -> Any:
+    """Where several forms are allowed (a number or ``auto``), speak of the form that came nearest."""
+    shapes = ("float_type", "int_type", "model_type", "tuple_type", "string_type", "model_attributes_type")
+    for unwanted in ((*shapes, "literal_error"), shapes):
+        near = [problem for problem in problems if problem["type"] not in unwanted]
+        if near:
+            break
+    best = (near or problems)[0]
+    if best["type"] == "literal_error" and any(problem["type"] == "float_type" for problem in problems):
+        expected = f"a number or {best['ctx']['expected']}"
+        return {**best, "ctx": {"expected": expected}, "type": "form"}
+    return best
+
+
+def _message(problem: Any, path: KeyPath, model: type[BaseModel]) -> str:
+    kind = problem["type"]
+    if kind == "extra_forbidden":
+        return "unknown key" + _did_you_mean(path, model)
+    if kind == "value_error":
+        return str(problem["ctx"]["error"])
+    sentence = _PLAIN.get(kind)
+    if sentence is None:
+        return str(problem["msg"])
+    return sentence.format(input=_shown(problem["input"]), **_context(problem))
+
+
+def _context(problem: Any) -> dict[str, Any]:
+    return {key: value for key, value in problem.get("ctx", {}).items() if key != "input"}
+
+
+def _shown(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "…"
+
+
+def _did_you_mean(path: KeyPath, model: type[BaseModel]) -> str:
+    known = sorted(_known_keys(path[:-1], model))
+    near = difflib.get_close_matches(str(path[-1]), known, n=1, cutoff=0.6)
+    return f"; did you mean {near[0]}?" if near else f"; known here: {', '.join(known)}"
+
+
+def _known_keys(path: KeyPath, model: type[BaseModel]) -> set[str]:
+    for part in path:
+        field = model.model_fields.get(str(part))
+        below = _models_in(field.annotation) if field else []
+        if not below:
+            return set()
+        model = below[0]
+    return set(model.model_fields)
+
+
+def _models_in(annotation: Any) -> list[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [model for argument in get_args(annotation) for model in _models_in(argument)]
+
+
+def validate(model: type[M], document: Document) -> M:
+    """Make ``model`` from ``document``; raises ``ConfigurationError`` with every problem and its place."""
+    try:
+        return model.model_validate(document.data)
+    except ValidationError as error:
+        raise configuration_error(error, document, model) from error
+
+
+def located(file: Path, key: str, message: str, document: Document) -> ConfigurationError:
+    """An error about ``key`` (dotted) that the validator could not see."""
+    place = document.place(tuple(key.split(".")))
+    return ConfigurationError(f"{place or file}: error: {key}: {message}")

@@ -1,0 +1,142 @@
+"""Safe YAML that remembers where each key stands, so that a message can name file, line and column."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from wentry_cli.errors import ConfigurationError
+
+MAX_BYTES = 1_000_000
+KeyPath = tuple[str | int, ...]
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a key stands; line and column count from 1."""
+
+    file: Path
+    line: int
+    column: int
+
+    def __str__(self) -> str:
+        """``file:line:column`` as editors read it."""
+        return f"{self.file}:{self.line}:{self.column}"
+
+
+@dataclass
+class Document:
+    """What a YAML file says and where it says it."""
+
+    data: dict[str, Any]
+    places: dict[KeyPath, Place] = field(default_factory=dict)
+
+    def place(self, path: KeyPath) -> Place | None:
+        """The place of ``path`` or of its nearest parent."""
+        for length in range(len(path), -1, -1):
+            if path[:length] in self.places:
+                return self.places[path[:length]]
+        return None
+
+    def over(self, other: Document) -> Document:
+        """This document's keys over those of ``other``, mapping by mapping."""
+        return Document(_merge(other.data, self.data), {**other.places, **self.places})
+
+
+class _Loader(yaml.SafeLoader):
+    """Safe YAML in which 1e-4 is a number, as everybody but YAML 1.1 expects."""
+
+
+_Loader.yaml_implicit_resolvers = {
+    letter: [(tag, pattern) for tag, pattern in pairs if tag != "tag:yaml.org,2002:timestamp"]
+    for letter, pairs in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"), list("-+.0123456789")
+)
+
+
+def read_document(path: Path) -> Document:
+    """Read a YAML mapping with the place of every key.
+
+    Anchors and aliases are refused (a short file can describe an endless one), as are duplicate keys. Raises
+    ``ConfigurationError`` with file, line and column.
+    """
+    text = _read_text(path)
+    loader = _Loader(text)
+    try:
+        _refuse_aliases(path, text)
+        node = loader.get_single_node()
+        if node is None:
+            return Document({}, {(): Place(path, 1, 1)})
+        if not isinstance(node, yaml.MappingNode):
+            raise ConfigurationError(f"{path}:1:1: error: the file must hold `key: value` lines")
+        places: dict[KeyPath, Place] = {(): Place(path, 1, 1)}
+        _note_places(node, (), places, path)
+        data: dict[str, Any] = loader.construct_document(node)
+    except yaml.YAMLError as error:
+        raise ConfigurationError(_sentence(path, error)) from error
+    except (ValueError, RecursionError) as error:
+        raise ConfigurationError(f"{path}:1:1: error: not readable as YAML ({error})") from error
+    finally:
+        loader.dispose()
+    return Document(data, places)
+
+
+def _read_text(path: Path) -> str:
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise ConfigurationError(f"{path}: larger than {MAX_BYTES} bytes; a configuration is a short text")
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise ConfigurationError(f"{path}: cannot be read ({error.strerror}); check the name and the rights") from error
+    except UnicodeDecodeError as error:
+        raise ConfigurationError(f"{path}: not UTF-8 text (byte {error.start}); save it as UTF-8") from error
+
+
+def _refuse_aliases(path: Path, text: str) -> None:
+    for event in yaml.parse(text, Loader=yaml.SafeLoader):
+        if isinstance(event, yaml.AliasEvent):
+            mark = event.start_mark
+            where = f"{path}:{mark.line + 1}:{mark.column + 1}" if mark else str(path)
+            raise ConfigurationError(f"{where}: error: aliases (*{event.anchor}) are not read; write the value out")
+
+
+def _sentence(path: Path, error: yaml.YAMLError) -> str:
+    mark = getattr(error, "problem_mark", None)
+    where = f"{path}:{mark.line + 1}:{mark.column + 1}" if mark else f"{path}:1:1"
+    return f"{where}: error: not valid YAML: {getattr(error, 'problem', None) or error}"
+
+
+def _note_places(node: yaml.Node, path: KeyPath, places: dict[KeyPath, Place], file: Path) -> None:
+    if isinstance(node, yaml.MappingNode):
+        for key_node, value_node in node.value:
+            here = Place(file, key_node.start_mark.line + 1, key_node.start_mark.column + 1)
+            if not isinstance(key_node, yaml.ScalarNode):
+                raise ConfigurationError(f"{here}: error: a key must be a plain word")
+            below = (*path, key_node.value)
+            if below in places:
+                raise ConfigurationError(f"{here}: error: {_dotted(below)}: stands twice; keep one")
+            places[below] = here
+            _note_places(value_node, below, places, file)
+    elif isinstance(node, yaml.SequenceNode):
+        for number, value_node in enumerate(node.value):
+            below = (*path, number)
+            places[below] = Place(file, value_node.start_mark.line + 1, value_node.start_mark.column + 1)
+            _note_places(value_node, below, places, file)
+
+
+def _dotted(path: KeyPath) -> str:
+    return ".".join(str(part) for part in path)
+
+
+def _merge(lower: dict[str, Any], upper: dict[str, Any]) -> dict[str, Any]:
+    merged = dict(lower)
+    for key, value in upper.items():
+        both = isinstance(value, dict) and isinstance(merged.get(key), dict)
+        merged[key] = _merge(merged[key], value) if both else value
+    return merged
