@@ -1,0 +1,1 @@
+"""The cavity behind the sphere: its profile, its necks, when and how it closes."""

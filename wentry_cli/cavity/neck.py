@@ -1,0 +1,171 @@
+"""Necks of the cavity: interior minima of its width, followed from frame to frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+MIN_PROMINENCE_PX = 1.5  # in width; below it an undulation is noise
+MAX_GAP_FRAMES = 4
+REACH_PX = 8.0  # how far a neck may lie from where its track foretells it
+HALF_WINDOW = 4  # rows on either side of a minimum that define its depth and radius
+
+
+@dataclass(frozen=True)
+class Neck:
+    """One minimum of the width in one frame; pixels of the full frame, the radius is half the width."""
+
+    y_px: float
+    radius_px: float
+    radius_unc_px: float
+    prominence_px: float
+
+
+@dataclass(frozen=True)
+class NeckTrack:
+    """One neck through time: frame numbers, its row, radius and uncertainty, each of shape (n,)."""
+
+    frame: NDArray[np.int64]
+    y_px: Floats
+    radius_px: Floats
+    radius_unc_px: Floats
+
+
+def find_necks(
+    y_px: Floats, width_px: Floats, *, edge_unc_px: float, min_prominence_px: float = MIN_PROMINENCE_PX
+) -> list[Neck]:
+    """Find the interior minima of a width profile, from the top down.
+
+    Parameters
+    ----------
+    y_px, width_px : (n,) arrays
+        Rows in increasing order and the width there, NaN where an edge was not seen.
+    edge_unc_px : float
+        Standard uncertainty of one smoothed edge, of which the width has two.
+    min_prominence_px : float
+        How far the width must rise on both sides of a minimum before it falls below it again.
+    """
+    seen = np.isfinite(width_px)
+    y, width = y_px[seen], width_px[seen]
+    necks: list[Neck] = []
+    for index in _interior_minima(width):
+        prominence = _prominence(width, index)
+        if prominence >= max(min_prominence_px, 6.0 * edge_unc_px):
+            row, narrowest, curvature_unc = _vertex(y, width, index)
+            unc = float(np.hypot(edge_unc_px / np.sqrt(2.0), curvature_unc))
+            necks.append(Neck(row, 0.5 * narrowest, unc, prominence))
+    return necks
+
+
+def _interior_minima(width: Floats) -> list[int]:
+    """Return the middle of every lowest run of equal widths that is lower than both of its neighbours."""
+    if width.size < 5:
+        return []
+    change = np.flatnonzero(np.diff(width))
+    starts = np.concatenate([[0], change + 1])
+    ends = np.concatenate([change, [width.size - 1]])
+    level = width[starts]
+    inner = np.flatnonzero((level[1:-1] < level[:-2]) & (level[1:-1] < level[2:])) + 1
+    return [int((starts[i] + ends[i]) // 2) for i in inner]
+
+
+def _prominence(width: Floats, index: int) -> float:
+    """Return how far the width rises on the lower of both sides before it falls below ``width[index]``."""
+    rises = []
+    for side in (width[:index][::-1], width[index + 1 :]):
+        deeper = np.flatnonzero(side < width[index])
+        reach = side[: deeper[0]] if deeper.size else side
+        rises.append(float(reach.max() - width[index]) if reach.size else 0.0)
+    return min(rises)
+
+
+def _vertex(y: Floats, width: Floats, index: int) -> tuple[float, float, float]:
+    """Return row and width at the vertex of a parabola through the minimum, and half the misfit there."""
+    low, high = max(index - HALF_WINDOW, 0), min(index + HALF_WINDOW + 1, y.size)
+    rows, values = y[low:high] - y[index], width[low:high]
+    if rows.size < 5 or np.ptp(rows) > 2.5 * HALF_WINDOW or np.ptp(values) > 0.5 * values.min() + 4.0:
+        return float(y[index]), float(width[index]), 0.0
+    second, first, constant = np.polyfit(rows, values, 2)
+    misfit = np.polyval([second, first, constant], rows) - values
+    spread = 0.5 * float(np.sqrt(np.mean(misfit**2)))
+    vertex = -first / (2.0 * second) if second > 0.0 else 0.0
+    if abs(vertex) > HALF_WINDOW:
+        return float(y[index]), float(width[index]), spread
+    return float(y[index] + vertex), float(max(constant + 0.5 * first * vertex, 0.0)), spread
+
+
+@dataclass
+class _OpenTrack:
+    frame: list[int] = field(default_factory=list)
+    necks: list[Neck] = field(default_factory=list)
+
+    def foretell(self, frame: int) -> float:
+        """Row in ``frame`` from a straight line through the last eight samples."""
+        rows = [neck.y_px for neck in self.necks[-8:]]
+        if len(rows) < 4:
+            return rows[-1]
+        slope, offset = np.polyfit(np.array(self.frame[-8:]) - self.frame[-1], rows, 1)
+        ahead = min(frame - self.frame[-1], MAX_GAP_FRAMES)
+        return float(offset + np.clip(slope, -4.0, 4.0) * ahead)
+
+    def misfit(self, frame: int, neck: Neck) -> float:
+        """Distance of ``neck`` from this track in units of what may change, infinite beyond it."""
+        gap = frame - self.frame[-1]
+        if gap > MAX_GAP_FRAMES:
+            return np.inf
+        radius = self.necks[-1].radius_px
+        reach_y = REACH_PX + 2.0 * (gap - 1)
+        reach_r = 4.0 + 0.2 * radius + 2.0 * (gap - 1)
+        off_y = abs(neck.y_px - self.foretell(frame)) / reach_y
+        off_r = abs(neck.radius_px - radius) / reach_r
+        return float(np.hypot(off_y, off_r)) if max(off_y, off_r) <= 1.0 else np.inf
+
+
+class NeckFollower:
+    """Links the necks of successive frames into tracks; holds only the necks, never a frame."""
+
+    def __init__(self) -> None:
+        """Start without tracks."""
+        self._tracks: list[_OpenTrack] = []
+
+    def add(self, frame: int, necks: Sequence[Neck]) -> None:
+        """Attach the necks of ``frame`` to the tracks that foretell them best; the others open tracks."""
+        pairs = [
+            (track.misfit(frame, neck), i, j) for i, track in enumerate(self._tracks) for j, neck in enumerate(necks)
+        ]
+        taken_tracks: set[int] = set()
+        taken_necks: set[int] = set()
+        for misfit, i, j in sorted(pairs):
+            if not np.isfinite(misfit):
+                break
+            if i not in taken_tracks and j not in taken_necks:
+                taken_tracks.add(i)
+                taken_necks.add(j)
+                self._append(self._tracks[i], frame, necks[j])
+        for j, neck in enumerate(necks):
+            if j not in taken_necks:
+                self._tracks.append(_OpenTrack())
+                self._append(self._tracks[-1], frame, neck)
+
+    @staticmethod
+    def _append(track: _OpenTrack, frame: int, neck: Neck) -> None:
+        track.frame.append(frame)
+        track.necks.append(neck)
+
+    def tracks(self, *, min_samples: int = 6) -> list[NeckTrack]:
+        """Return the tracks of at least ``min_samples`` frames, in the order of their first frame."""
+        return [
+            NeckTrack(
+                frame=np.array(track.frame, dtype=np.int64),
+                y_px=np.array([neck.y_px for neck in track.necks]),
+                radius_px=np.array([neck.radius_px for neck in track.necks]),
+                radius_unc_px=np.array([neck.radius_unc_px for neck in track.necks]),
+            )
+            for track in self._tracks
+            if len(track.frame) >= min_samples
+        ]
