@@ -1,1 +1,1 @@
-"""Sub-pixel contours: ellipse of revolution, circle, bottom cap, separation line, and their Cramér–Rao bounds."""
+"""Sub-pixel contours: ellipse of revolution, circle, bottom cap, separation line, Cramér–Rao bounds."""

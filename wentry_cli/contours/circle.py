@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from wentry_cli.contours.ellipse import SilhouetteFit
+from wentry_cli.contours.ellipse import EllipseShape, SilhouetteFit
+from wentry_cli.contours.fitting import FitRequest, fit_shape
 from wentry_cli.imaging.patch import Patch
 
 
@@ -25,5 +26,11 @@ def fit_circle(
     motion_px: tuple[float, float] = (0.0, 0.0),
     level: str = "accurate",
 ) -> SilhouetteFit:
-    """Fit a circle (stretch 1, radius free)."""
-    raise NotImplementedError
+    """Fit a circle (stretch 1, radius free) to the outline of a dark disc.
+
+    With ``one_sided`` what disagrees is taken to lie outside (a splash ring that merges with the outline) and is
+    gated more tightly on that side. ``motion_px`` is the displacement during the exposure; ``level`` as in
+    `fit_silhouette`. The result is to be trusted while less than half of it is gated.
+    """
+    shape = EllipseShape(guess.x, guess.y, guess.radius)
+    return fit_shape(patch, shape, FitRequest(("x", "y", "R"), motion_px=motion_px, level=level, one_sided=one_sided))

@@ -13,9 +13,10 @@ PARAMETERS = ("x", "y", "R", "stretch", "tilt")
 
 @dataclass(frozen=True)
 class EllipseShape:
-    """An ellipse of revolution in full-frame pixels: semi-axes ``stretch * radius`` across, ``radius / stretch**2`` along.
+    """An ellipse of revolution in full-frame pixels.
 
-    ``x``, ``y`` is the centre (x right, y down); a positive ``tilt_deg`` moves the lower pole to the right.
+    The semi-axes are ``stretch * radius`` across and ``radius / stretch**2`` along the axis. ``x``, ``y`` is
+    the centre (x right, y down); a positive ``tilt_deg`` moves the lower pole to the right.
     """
 
     x: float
@@ -47,11 +48,12 @@ class EllipseShape:
 
 @dataclass(frozen=True)
 class SilhouetteFit:
-    """A fitted ellipse of revolution with its standard uncertainties (NaN where a parameter was not fitted).
+    """A fitted ellipse of revolution with its standard uncertainties (NaN where a parameter was held).
 
-    ``covariance`` is 5 x 5 in the order of ``PARAMETERS`` (px, px, px, 1, rad) with zero rows where a parameter was
-    held. ``arc_fraction`` is the part of the whole perimeter that was looked at, ``gated_fraction`` the part of that
-    arc which was left out because it disagreed. Where ``status`` is not ``ok`` the values are NaN or not to be trusted.
+    ``covariance`` is 5 x 5 in the order of ``PARAMETERS`` (px, px, px, 1, rad) with zero rows where a parameter
+    was held. ``arc_fraction`` is the part of the whole perimeter that was looked at, ``gated_fraction`` the part
+    of that arc which was left out because it disagreed. Where ``status`` is not ``ok`` the values are NaN or
+    not to be trusted.
     """
 
     center_x_px: float

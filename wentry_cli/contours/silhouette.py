@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from wentry_cli.contours.ellipse import EllipseShape, SilhouetteFit
+from wentry_cli.contours.fitting import FitRequest, fit_shape, parse_free
 from wentry_cli.imaging.patch import Patch
 
 
@@ -15,5 +16,11 @@ def fit_silhouette(
     motion_px: tuple[float, float] = (0.0, 0.0),
     level: str = "accurate",
 ) -> SilhouetteFit:
-    """Fit the ellipse of revolution to the edge of a dark silhouette."""
-    raise NotImplementedError
+    """Fit the ellipse of revolution to the edge of a dark silhouette.
+
+    ``guess`` may be off by several pixels; what is not in ``free`` (a subset of x y R stretch tilt with the centre)
+    is held at its value. Only the outline below row ``top_y_px`` (full frame) is used. ``motion_px`` is the
+    displacement during the exposure, (x, y). ``level`` is "fast" (edges along normals) or "accurate" (likelihood of
+    the pixels in a band about the edge). Raises ValueError on an unknown level or parameter.
+    """
+    return fit_shape(patch, guess, FitRequest(parse_free(free), top_y_px, motion_px, level))

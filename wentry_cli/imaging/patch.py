@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 class Patch:
     """Transmission of a region of a frame: dark object on a ground of 1.0, NaN where a pixel is masked.
 
-    ``values`` is float32 (rows, columns); ``x0``, ``y0`` are the full-frame column and row of ``values[0, 0]``.
+    ``values`` is float32 (rows, columns); ``x0``, ``y0`` are the full-frame column and row of its first pixel.
     ``noise_floor`` is the standard deviation of ``values`` on plain background, 0 if unknown.
     ``ceiling`` is the transmission at which the sensor clips: pixels at or above it are known to be *at least*
-    that bright. Infinite where nothing clips.
+    that bright, which is worth more than masking them. Infinite where nothing clips.
     """
 
     values: NDArray[np.float32]

@@ -1,0 +1,102 @@
+"""The arc of the ellipse cut into sectors: where they are, where they look, and how they move.
+
+Ellipse frame: u across, v along the axis (down); a point is (a cos phi, b sin phi). A sector index runs with phi,
+from the right over the bottom to the left and over the top. Sectors are equal in a blend of arc length and turning
+angle, so that the sharp ends of an oblate ellipse are not lumped together.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.compiled import compiled
+
+Floats = NDArray[np.float64]
+
+QUADRANT_NODES = 256
+# Columns of the table that `arc_geometry` returns; J is the derivative of the outward displacement of the edge.
+X, Y, NX, NY, KAPPA, J, LENGTH, COLUMNS = 0, 1, 2, 3, 4, 5, 10, 11
+
+
+@compiled
+def semi_axes(shape: Floats) -> tuple[float, float]:
+    """Semi-axes across and along, px, of the parameter vector (x, y, R, stretch, tilt in radians)."""
+    return shape[2] * shape[3], shape[2] / (shape[3] * shape[3])
+
+
+@compiled
+def quadrant_table(a: float, b: float, step_px: float, step_angle: float) -> tuple[int, Floats]:
+    """Sectors in a quadrant and, on a grid of the pseudo-angle q = sin/(sin + cos), the running sector number."""
+    table = np.zeros(QUADRANT_NODES + 1)
+    phi = 0.0
+    for node in range(1, QUADRANT_NODES + 1):
+        q = node / QUADRANT_NODES
+        next_phi = math.atan2(q, 1.0 - q)
+        sine, cosine = math.sin(0.5 * (phi + next_phi)), math.cos(0.5 * (phi + next_phi))
+        speed2 = (a * sine) ** 2 + (b * cosine) ** 2
+        density = math.sqrt(speed2) / step_px + a * b / speed2 / step_angle
+        table[node] = table[node - 1] + density * (next_phi - phi)
+        phi = next_phi
+    count = max(4, math.ceil(table[QUADRANT_NODES]))
+    table *= count / table[QUADRANT_NODES]
+    return count, table
+
+
+@compiled
+def sector_of(cosine: float, sine: float, count: int, table: Floats) -> int:
+    """Index of the sector that holds the direction (cosine, sine) of the eccentric angle, up to scale."""
+    across, along = abs(cosine), abs(sine)
+    node = int(QUADRANT_NODES * along / (across + along + 1e-300))
+    local = min(int(table[node]), count - 1)
+    if sine >= 0.0:
+        return local if cosine >= 0.0 else 2 * count - 1 - local
+    return 2 * count + local if cosine < 0.0 else 4 * count - 1 - local
+
+
+@compiled
+def sector_angles(count: int, table: Floats) -> Floats:
+    """Eccentric angles at the middle of each of the 4 * count sectors, radians."""
+    phi = np.empty(4 * count)
+    node = 0
+    for k in range(count):
+        while table[node + 1] < k + 0.5:
+            node += 1
+        q = (node + (k + 0.5 - table[node]) / (table[node + 1] - table[node])) / QUADRANT_NODES
+        angle = math.atan2(q, 1.0 - q)
+        phi[k] = angle
+        phi[2 * count - 1 - k] = math.pi - angle
+        phi[2 * count + k] = math.pi + angle
+        phi[4 * count - 1 - k] = 2.0 * math.pi - angle
+    return phi
+
+
+@compiled
+def arc_geometry(shape: Floats, phi: Floats) -> Floats:
+    """Point, outward normal, curvature (1/px), Jacobian and length (px) of each sector, as rows of COLUMNS."""
+    a, b = semi_axes(shape)
+    radius, stretch = shape[2], shape[3]
+    cos_tilt, sin_tilt = math.cos(shape[4]), math.sin(shape[4])
+    count = phi.size
+    rows = np.empty((count, COLUMNS))
+    for k in range(count):
+        cosine, sine = math.cos(phi[k]), math.sin(phi[k])
+        u, v = a * cosine, b * sine
+        speed = math.hypot(a * sine, b * cosine)
+        nu, nv = b * cosine / speed, a * sine / speed
+        rows[k, X] = shape[0] + u * cos_tilt + v * sin_tilt
+        rows[k, Y] = shape[1] - u * sin_tilt + v * cos_tilt
+        rows[k, NX] = nu * cos_tilt + nv * sin_tilt
+        rows[k, NY] = -nu * sin_tilt + nv * cos_tilt
+        rows[k, KAPPA] = a * b / speed**3
+        rows[k, J] = rows[k, NX]
+        rows[k, J + 1] = rows[k, NY]
+        rows[k, J + 2] = (u * nu + v * nv) / radius
+        rows[k, J + 3] = (u * nu - 2.0 * v * nv) / stretch
+        rows[k, J + 4] = v * nu - u * nv
+        before = phi[k - 1] - (2.0 * math.pi if k == 0 else 0.0)
+        after = phi[k + 1] if k + 1 < count else phi[0] + 2.0 * math.pi
+        rows[k, LENGTH] = speed * 0.5 * (after - before)
+    return rows

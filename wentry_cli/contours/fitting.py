@@ -1,0 +1,121 @@
+"""From a patch and a guess to a fit with a status: what the side view and the top view have in common."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.contours.ellipse import PARAMETERS, EllipseShape, SilhouetteFit, bottom_gradient
+from wentry_cli.contours.scan import scan_shape
+from wentry_cli.imaging.patch import Patch
+
+LEVELS = ("fast", "accurate")
+SEARCH_PX = 12.0
+RAYS = 96
+# Blur along the edge that the scan assumes, px^2: an optical sigma of 1, the pixel (1/12), bilinear sampling (1/6).
+SCAN_VARIANCE = 1.25
+LEAST_ARC = 0.12
+LEAST_ARC_FREE_SIZE = 0.2
+MOST_GATED = 0.6
+MOST_RESIDUAL_PX = 1.0
+
+
+@dataclass(frozen=True)
+class FitRequest:
+    """What to fit and from which part of the outline."""
+
+    free: tuple[str, ...]
+    top_y_px: float = -math.inf
+    motion_px: tuple[float, float] = (0.0, 0.0)
+    level: str = "accurate"
+    one_sided: bool = False
+
+
+def parse_free(free: str) -> tuple[str, ...]:
+    """The free parameters in the order of PARAMETERS; ValueError where the set has no x, no y or a foreign name."""
+    names = free.split()
+    if unknown := set(names) - set(PARAMETERS):
+        raise ValueError(f"free parameters are a subset of {' '.join(PARAMETERS)}, not {sorted(unknown)}")
+    if not {"x", "y"} <= set(names):
+        raise ValueError("the centre (x and y) is always fitted")
+    return tuple(name for name in PARAMETERS if name in names)
+
+
+def unmeasured(arc: float, gated: float, status: str) -> SilhouetteFit:
+    """A fit without values: NaN and the word that says why."""
+    nothing = EllipseShape(*[math.nan] * 5)
+    quality = {"blur": math.nan, "arc": arc, "gated": gated, "residual": math.nan}
+    return assemble_fit(nothing, np.full((5, 5), math.nan), quality, status)
+
+
+def assemble_fit(
+    shape: EllipseShape, covariance: NDArray[np.float64], quality: dict[str, float], status: str
+) -> SilhouetteFit:
+    """Gather a result; ``covariance`` is 5 x 5 with zero rows where a parameter was held."""
+    sigma = np.sqrt(np.diag(covariance))
+    unc = np.where(sigma > 0.0, sigma, math.nan)
+    gradient = bottom_gradient(shape)
+    return SilhouetteFit(
+        center_x_px=shape.x,
+        center_y_px=shape.y,
+        radius_px=shape.radius,
+        stretch=shape.stretch,
+        tilt_deg=shape.tilt_deg,
+        center_x_unc_px=float(unc[0]),
+        center_y_unc_px=float(unc[1]),
+        radius_unc_px=float(unc[2]),
+        stretch_unc=float(unc[3]),
+        tilt_unc_deg=math.degrees(float(unc[4])),
+        bottom_y_px=shape.bottom_y,
+        bottom_y_unc_px=math.sqrt(float(gradient @ covariance @ gradient)),
+        covariance=covariance,
+        blur_px=quality["blur"],
+        arc_fraction=quality["arc"],
+        gated_fraction=quality["gated"],
+        residual_rms_px=quality["residual"],
+        status=status,
+    )
+
+
+def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> SilhouetteFit:
+    """Fit the free parameters of the ellipse of revolution; raises ValueError on an unknown level."""
+    if request.level not in LEVELS:
+        raise ValueError(f"level is one of {', '.join(LEVELS)}, not {request.level!r}")
+    values = np.ascontiguousarray(patch.values, dtype=np.float32)
+    vector = guess.vector() - np.array([patch.x0, patch.y0, 0.0, 0.0, 0.0])
+    free = np.array([PARAMETERS.index(name) for name in request.free])
+    top = request.top_y_px - patch.y0
+    search = np.array([SEARCH_PX, float(request.one_sided), RAYS, SCAN_VARIANCE])
+    scanned, report = scan_shape(values, vector, free, top, search, patch.noise_floor)
+    arc, gated = float(report[1]), float(report[2])
+    if status := scan_status(report, request):
+        return unmeasured(arc, gated, status)
+    shape = EllipseShape(vector[0] + patch.x0, vector[1] + patch.y0, vector[2], vector[3], math.degrees(vector[4]))
+    covariance = np.zeros((5, 5))
+    covariance[np.ix_(free, free)] = scanned
+    quality = {"blur": math.nan, "arc": arc, "gated": gated, "residual": float(report[3])}
+    return assemble_fit(shape, covariance, quality, fit_status(covariance, quality))
+
+
+def scan_status(report: NDArray[np.float64], request: FitRequest) -> str:
+    """The word for a scan that cannot be trusted, empty where it can."""
+    least = LEAST_ARC_FREE_SIZE if "R" in request.free else LEAST_ARC
+    if report[1] < least:
+        return "short_arc" if report[5] < least else "out_of_frame"
+    if report[0] == 1.0:
+        return "no_edge"
+    if report[0] == 2.0:
+        return "occluded"
+    return ""
+
+
+def fit_status(covariance: NDArray[np.float64], quality: dict[str, float]) -> str:
+    """``ok`` only where the outline agrees with itself."""
+    if not np.all(np.isfinite(covariance)) or quality["residual"] > MOST_RESIDUAL_PX:
+        return "poor_fit"
+    if quality["gated"] > MOST_GATED:
+        return "occluded"
+    return "ok"

@@ -1,0 +1,65 @@
+"""Small symmetric systems, solved where the loops are."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.compiled import compiled
+
+Floats = NDArray[np.float64]
+
+
+@compiled
+def factorise(matrix: Floats) -> bool:
+    """Cholesky factor in the lower triangle, in place; False where the matrix is not positive definite."""
+    size = matrix.shape[0]
+    for i in range(size):
+        for j in range(i + 1):
+            total = matrix[i, j]
+            for m in range(j):
+                total -= matrix[i, m] * matrix[j, m]
+            if i == j:
+                if not total > 1e-14 * abs(matrix[i, i]):
+                    return False
+                matrix[i, i] = math.sqrt(total)
+            else:
+                matrix[i, j] = total / matrix[j, j]
+    return True
+
+
+@compiled
+def substitute(factor: Floats, right: Floats) -> None:
+    """Solve in place for one right-hand side with the factor from `factorise`."""
+    size = factor.shape[0]
+    for i in range(size):
+        total = right[i]
+        for m in range(i):
+            total -= factor[i, m] * right[m]
+        right[i] = total / factor[i, i]
+    for i in range(size - 1, -1, -1):
+        total = right[i]
+        for m in range(i + 1, size):
+            total -= factor[m, i] * right[m]
+        right[i] = total / factor[i, i]
+
+
+@compiled
+def solve(matrix: Floats, right: Floats) -> bool:
+    """Solve matrix @ x = right in place of both; False where the matrix is not positive definite."""
+    if not factorise(matrix):
+        return False
+    substitute(matrix, right)
+    return True
+
+
+@compiled
+def median_of(values: Floats, count: int) -> float:
+    """Median of the first ``count`` entries, which are reordered; NaN where there are none."""
+    if count == 0:
+        return math.nan
+    part = np.sort(values[:count])
+    middle = count // 2
+    return float(part[middle]) if count % 2 else 0.5 * float(part[middle - 1] + part[middle])

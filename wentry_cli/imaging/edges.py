@@ -1,0 +1,131 @@
+"""Sub-pixel edge samples along rays: bilinear profiles and a matched filter for a dark-to-bright step."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.compiled import compiled
+
+Floats = NDArray[np.float64]
+
+CANDIDATES = 3
+KERNEL_SIGMA_PX = 1.6
+KERNEL_REACH_PX = 4.0
+
+
+@compiled
+def bilinear(values: NDArray[np.float32], column: float, row: float) -> float:
+    """Value between pixel centres; NaN outside of the image or beside a masked pixel."""
+    rows, columns = values.shape
+    if not (0.0 <= column <= columns - 1.0 and 0.0 <= row <= rows - 1.0):
+        return math.nan
+    i, j = min(int(row), rows - 2), min(int(column), columns - 2)
+    fy, fx = row - i, column - j
+    upper = values[i, j] + fx * (values[i, j + 1] - values[i, j])
+    lower = values[i + 1, j] + fx * (values[i + 1, j + 1] - values[i + 1, j])
+    return float(upper + fy * (lower - upper))
+
+
+@compiled
+def sample_ray(
+    values: NDArray[np.float32], ray: Floats, reach: float, step: float, lines: int, profile: Floats
+) -> tuple[int, int]:
+    """Fill ``profile`` from -reach outwards along one ray, averaged over parallel lines 1 px apart.
+
+    Masked samples take the nearest valid value on the inner side (or the first valid one). Returns the first and
+    last valid index, (0, -1) where there is none.
+    """
+    first, last, held = -1, -1, math.nan
+    for n in range(profile.size):
+        along = n * step - reach
+        total = 0.0
+        for line in range(lines):
+            aside = line - 0.5 * (lines - 1)
+            column = ray[0] + along * ray[2] - aside * ray[3]
+            row = ray[1] + along * ray[3] + aside * ray[2]
+            total += bilinear(values, column, row)
+        if math.isnan(total):
+            profile[n] = held
+            continue
+        held = total / lines
+        profile[n] = held
+        if first < 0:
+            first = n
+        last = n
+    if first < 0:
+        return 0, -1
+    for n in range(first):
+        profile[n] = profile[first]
+    return first, last
+
+
+@compiled
+def edge_kernel(step: float) -> Floats:
+    """Odd kernel, the derivative of a Gaussian, scaled so that its response to a step is the step's height."""
+    reach = int(KERNEL_REACH_PX / step)
+    kernel = np.empty(2 * reach + 1)
+    total = 0.0
+    for n in range(2 * reach + 1):
+        s = (n - reach) * step
+        kernel[n] = s * math.exp(-0.5 * (s / KERNEL_SIGMA_PX) ** 2)
+        total += 0.5 * abs(kernel[n])
+    return kernel / total
+
+
+@compiled
+def keep_candidate(at: Floats, height: Floats, position: float, strength: float) -> None:
+    """Insert a candidate into the short list of one ray, strongest first."""
+    for slot in range(CANDIDATES):
+        if strength > height[slot]:
+            for other in range(CANDIDATES - 1, slot, -1):
+                at[other], height[other] = at[other - 1], height[other - 1]
+            at[slot], height[slot] = position, strength
+            return
+
+
+@compiled
+def edge_candidates(
+    values: NDArray[np.float32], rays: Floats, half: float, step: float, lines: int
+) -> tuple[Floats, Floats, float]:
+    """Dark-to-bright edges along rays (x, y, nx, ny in pixels of ``values``; further columns are ignored).
+
+    Returns positions along the rays (n, CANDIDATES), NaN where there is none, their heights, strongest first, and a
+    robust estimate of the noise of one profile sample.
+    """
+    kernel = edge_kernel(step)
+    margin = (kernel.size - 1) // 2
+    span = math.ceil(2.0 * half / step) + 1
+    profile = np.empty(span + 2 * margin)
+    response = np.empty(span)
+    at = np.full((rays.shape[0], CANDIDATES), math.nan)
+    height = np.zeros((rays.shape[0], CANDIDATES))
+    noises = np.empty(rays.shape[0])
+    valid_rays = 0
+    for k in range(rays.shape[0]):
+        first, last = sample_ray(values, rays[k], half + margin * step, step, lines, profile)
+        if last - first < margin:
+            continue
+        rough = 0.0
+        for n in range(first + 2, last + 1, 2):
+            rough += abs(profile[n] - 2.0 * profile[n - 1] + profile[n - 2])
+        noises[valid_rays] = rough / max(1, (last - first) // 2)
+        valid_rays += 1
+        for n in range(span):
+            total = 0.0
+            for m in range(kernel.size):
+                total += kernel[m] * profile[n + m]
+            response[n] = total
+        for n in range(1, span - 1):
+            here = response[n]
+            if here <= height[k, CANDIDATES - 1] or here < response[n - 1] or here <= response[n + 1]:
+                continue
+            if n + margin < first or n + margin > last + 1:
+                continue
+            bend = response[n - 1] - 2.0 * here + response[n + 1]
+            shift = 0.5 * (response[n - 1] - response[n + 1]) / bend if bend < 0.0 else 0.0
+            keep_candidate(at[k], height[k], (n + shift) * step - half, here)
+    noise = 0.5 * np.median(noises[:valid_rays]) if valid_rays else math.nan
+    return at, height, noise
