@@ -1,0 +1,204 @@
+"""The Bergström–Boyce sphere: an incompressible ellipsoid of revolution with a relaxing and a lasting network.
+
+Semi-axes (λR, λR, R/λ²); the stretch λ = λ_e λ_p splits into an elastic and a viscous part. Time is measured in
+t_c = R √(ρ_s/G∞); five dimensionless groups are left (see ``Groups``). The state that is integrated is
+(λ, dλ/dt*, x, dissipated energy) with x = λ_p² − 1, because then the flow rule needs neither a logarithm nor the
+difference √I₁ᵖ − √3, which loses all its digits near λ_p = 1.
+
+Source: Hurd et al., Water entry of deformable spheres, Appendix A; equations re-derived (docs/theory.md).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.compiled import compiled
+from wentry_cli.errors import ConfigurationError
+
+FloatArray = NDArray[np.float64]
+
+SQRT3 = math.sqrt(3.0)
+STATE_SIZE = 4  # stretch, its rate, x = λ_p² − 1, dissipated energy
+SENSITIVITY_NAMES = ("stretch_0", "log_flow", "n", "stiffness_ratio")
+
+
+@dataclass(frozen=True)
+class Material:
+    """A sphere and its material: everything that the free oscillation depends on. SI units, names as in the tables."""
+
+    radius_m: float
+    density_kg_m3: float
+    g_inf_pa: float
+    g_t_pa: float
+    xi: float
+    tau0_pa: float
+    m: float
+    n: float
+    eps0_dot_1_s: float
+
+
+@dataclass(frozen=True)
+class Groups:
+    """Dimensionless groups of the oscillation, and the time ``time_scale_s`` = t_c in which it is measured.
+
+    ``stiffness_ratio`` is γ = G_T/G∞; ``flow`` is A* = ½ ε̇₀ (G_T/τ₀)ᵐ t_c.
+    """
+
+    stiffness_ratio: float
+    flow: float
+    n: float
+    m: float
+    xi: float
+    time_scale_s: float
+
+    def as_array(self) -> FloatArray:
+        """The five groups in the order in which the compiled functions read them."""
+        return np.array([self.stiffness_ratio, self.flow, self.n, self.m, self.xi])
+
+
+def material_problems(material: Material) -> list[str]:
+    """Say what is wrong with ``material``: one phrase per parameter, an empty list if it can be used."""
+    positive = ("radius_m", "density_kg_m3", "g_inf_pa", "tau0_pa")
+    not_negative = ("g_t_pa", "xi", "m", "eps0_dot_1_s")
+    problems = []
+    for name in (*positive, *not_negative, "n"):
+        value = getattr(material, name)
+        if not math.isfinite(value):
+            problems.append(f"{name} is {value:g}, not a finite number")
+        elif name in positive and value <= 0.0:
+            problems.append(f"{name} is {value:g} and must be greater than 0")
+        elif name in not_negative and value < 0.0:
+            problems.append(f"{name} is {value:g} and must not be negative")
+    if material.xi == 0.0 and material.n < 0.0:
+        problems.append(f"xi = 0 with n = {material.n:g} makes the flow rule infinite at the start; give xi > 0")
+    return problems
+
+
+def find_groups(material: Material) -> Groups:
+    """Reduce ``material`` to its dimensionless groups.
+
+    Raises ``ConfigurationError`` with one sentence where the parameters make no sense or a group overflows.
+    """
+    problems = material_problems(material)
+    if problems:
+        raise ConfigurationError("the material cannot be integrated: " + "; ".join(problems))
+    time_scale = material.radius_m * math.sqrt(material.density_kg_m3 / material.g_inf_pa)
+    if material.g_t_pa == 0.0 or material.eps0_dot_1_s == 0.0:
+        log_flow = -math.inf
+    else:
+        log_stress = math.log(material.g_t_pa) - math.log(material.tau0_pa)
+        log_flow = math.log(0.5 * material.eps0_dot_1_s) + material.m * log_stress + math.log(time_scale)
+    if log_flow > 700.0:
+        raise ConfigurationError(
+            f"the material flows without bound: eps0_dot_1_s (g_t_pa/tau0_pa)^m is about 10^{log_flow / 2.302585:.0f}; "
+            "check the unit of tau0_pa, which is Pa, and m"
+        )
+    return Groups(
+        material.g_t_pa / material.g_inf_pa,
+        math.exp(log_flow),
+        material.n,
+        material.m,
+        material.xi,
+        time_scale,
+    )
+
+
+@compiled
+def excess_invariant(x: float) -> float:
+    """I₁ − 3 of a stretch whose square is 1 + x, without cancellation: x² (2x + 3)/(1 + x)²."""
+    return x * x * (2.0 * x + 3.0) / ((1.0 + x) * (1.0 + x))
+
+
+@compiled
+def elastic_stress(stretch: float, x: float) -> float:
+    """s = λ_e² − λ_e⁻⁴ with λ_e² = λ²/(1 + x), accurate where λ_e is near 1."""
+    u = stretch * stretch / (1.0 + x)
+    return ((stretch - 1.0) * (stretch + 1.0) - x) / (1.0 + x) * (u * u + u + 1.0) / (u * u)
+
+
+@compiled
+def flow_hardening(x: float, xi: float) -> float:
+    """c = √I₁ᵖ − √3 + ξ with λ_p² = 1 + x, accurate where λ_p is near 1."""
+    excess = excess_invariant(x)
+    return float(excess / (math.sqrt(3.0 + excess) + SQRT3) + xi)
+
+
+@compiled
+def flow_rate(stretch: float, x: float, groups: FloatArray) -> float:
+    """(dλ_p/dt*)/λ_p by the flow rule; ``groups`` as from ``Groups.as_array``."""
+    s = elastic_stress(stretch, x)
+    if s == 0.0 or groups[1] == 0.0:
+        return 0.0
+    power = abs(s) if groups[3] == 1.0 else abs(s) ** groups[3]
+    rate = float(groups[1] * flow_hardening(x, groups[4]) ** groups[2] * power)
+    return rate if s > 0.0 else -rate
+
+
+@compiled
+def energy(stretch: float, rate: float, x: float, stiffness_ratio: float) -> float:
+    """Energy of the oscillation in units of (8π/15) R³ G∞: kinetic, lasting and relaxing part.
+
+    H = ½ (λ² + 2λ⁻⁴)(λ̇/λ)² + (5/4)(I₁ − 3) + (5/4) γ (I₁ᵉ − 3); dH/dt* = −5 γ s λ̇_p/λ_p.
+    """
+    lasting = excess_invariant((stretch - 1.0) * (stretch + 1.0))
+    elastic = ((stretch - 1.0) * (stretch + 1.0) - x) / (1.0 + x)
+    relative = rate / stretch
+    kinetic = 0.5 * (stretch**2 + 2.0 * stretch**-4) * relative * relative
+    return kinetic + 1.25 * (lasting + stiffness_ratio * excess_invariant(elastic))
+
+
+@compiled
+def derivatives(state: FloatArray, groups: FloatArray, out: FloatArray) -> bool:
+    """Time derivative of ``state`` (λ, dλ/dt*, x, dissipated energy) into ``out``; False outside λ > 0, x > −1."""
+    a, v, x = state[0], state[1], state[2]
+    if not (a > 0.0 and x > -1.0):
+        return False
+    s = elastic_stress(a, x)
+    rate = flow_rate(a, x, groups)
+    a5 = a * a * a * a * a
+    force = 6.0 * v * v / a - 5.0 * (a * (a5 * a - 1.0) + groups[0] * s * a5)
+    out[0] = v
+    out[1] = force / (a5 * a + 2.0)
+    out[2] = 2.0 * (1.0 + x) * rate
+    out[3] = 5.0 * groups[0] * s * rate
+    return True
+
+
+@compiled
+def sensitivity_derivatives(state: FloatArray, groups: FloatArray, out: FloatArray) -> None:
+    """Time derivative of the sensitivities that follow the state, four triples (λ, dλ/dt*, x) each.
+
+    The order is that of ``SENSITIVITY_NAMES``: initial stretch, ln A*, n, γ. Needs m ≥ 1, ξ > 0.
+    """
+    a, v, x = state[0], state[1], state[2]
+    gamma, flow, n, m = groups[0], groups[1], groups[2], groups[3]
+    p = 1.0 + x
+    u = a * a / p
+    s = elastic_stress(a, x)
+    c = flow_hardening(x, groups[4])
+    s_u = 1.0 + 2.0 / (u * u * u)
+    s_a, s_x = s_u * 2.0 * a / p, -s_u * u / p
+    c_x = x * (3.0 + 3.0 * x + x * x) / (p * p * p * math.sqrt(3.0 + excess_invariant(x)))
+    slope = flow * c**n * (1.0 if m == 1.0 else m * abs(s) ** (m - 1.0))  # of the rate over s
+    r = slope * s / m
+    r_a, r_x = slope * s_a, slope * s_x + r * n * c_x / c
+    a5 = a * a * a * a * a
+    density = a5 * a + 2.0
+    force = 6.0 * v * v / a - 5.0 * (a * (a5 * a - 1.0) + gamma * s * a5)
+    inner = 7.0 * a5 * a - 1.0 + gamma * (s_a * a5 + 5.0 * s * a5 / a)
+    f_a = (-6.0 * v * v / (a * a) - 5.0 * inner - force * 6.0 * a5 / density) / density
+    f_v = 12.0 * v / (a * density)
+    f_x = -5.0 * gamma * s_x * a5 / density
+    for j in range(4):
+        k = STATE_SIZE + 3 * j
+        sa, sv, sx = state[k], state[k + 1], state[k + 2]
+        out[k] = sv
+        out[k + 1] = f_a * sa + f_v * sv + f_x * sx
+        out[k + 2] = 2.0 * p * (r_a * sa + r_x * sx) + 2.0 * r * sx
+    out[STATE_SIZE + 5] += 2.0 * p * r
+    out[STATE_SIZE + 8] += 2.0 * p * r * math.log(c)
+    out[STATE_SIZE + 10] += -5.0 * s * a5 / density

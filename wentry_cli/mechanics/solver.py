@@ -1,0 +1,170 @@
+"""The free oscillation λ(t) of a Bergström–Boyce sphere released at rest from a stretch, with its extrema."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.errors import ConfigurationError
+from wentry_cli.mechanics import stepping
+from wentry_cli.mechanics.bergstrom_boyce import (
+    SENSITIVITY_NAMES,
+    STATE_SIZE,
+    FloatArray,
+    Groups,
+    Material,
+    find_groups,
+    flow_hardening,
+)
+
+PARAMETERS = ("stretch_0", "eps0_dot_1_s", "n", "g_inf_pa", "g_t_pa")
+SMALL_PERIOD = 2.0 * 2.0 * math.pi / math.sqrt(40.0)  # of the relaxed sphere at small amplitude, in units of t_c
+LONGEST_STEP = 0.4  # of the shortest period: a step never holds two extrema
+MOST_STEPS = 200_000
+MOST_EVENTS = 400_000
+STRETCH_RANGE = (0.05, 20.0)
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """One oscillation. Times in s from the release; arrays are sampled at ``t_s``.
+
+    ``event_*`` are all extrema and crossings of λ = 1 in the order in which they happen, ``event_kind`` one of
+    ``stepping.PEAK``, ``VALLEY``, ``UPWARD``, ``DOWNWARD``; the release itself is not among them.
+    ``sensitivities`` has a row per time and a column per name in ``PARAMETERS`` (or no column): dλ/dλ₀, dλ/d ln ε̇₀,
+    dλ/dn, dλ/d ln G∞, dλ/d ln G_T.
+    ``energy_error`` is the largest violation of the energy balance over the initial energy.
+    """
+
+    groups: Groups
+    stretch_0: float
+    t_s: FloatArray
+    stretch: FloatArray
+    rate_1_s: FloatArray
+    stretch_viscous: FloatArray
+    sensitivities: FloatArray
+    event_t_s: FloatArray
+    event_kind: NDArray[np.int64]
+    event_stretch: FloatArray
+    energy_error: float
+    steps: int
+    rejected_steps: int
+
+    def times_of(self, kind: int) -> FloatArray:
+        """Times in s of all events of one kind."""
+        times: FloatArray = self.event_t_s[self.event_kind == kind]
+        return times
+
+    def stretches_of(self, kind: int) -> FloatArray:
+        """Stretches at all events of one kind."""
+        stretches: FloatArray = self.event_stretch[self.event_kind == kind]
+        return stretches
+
+    @property
+    def period_s(self) -> float:
+        """Time from the release to the next extremum of the same sense; NaN where none was reached."""
+        same = self.times_of(stepping.PEAK if self.stretch_0 > 1.0 else stepping.VALLEY)
+        return float(same[0]) if same.size else math.nan
+
+
+def solve_oscillation(
+    material: Material,
+    stretch_0: float,
+    times_s: FloatArray,
+    *,
+    tolerance: float = 1e-10,
+    sensitivities: bool = False,
+    peaks_wanted: int = 0,
+) -> Trajectory:
+    """Integrate λ(t) from λ(0) = ``stretch_0`` at rest, λ_p(0) = 1, and sample it at the rising ``times_s``.
+
+    ``tolerance`` bounds the local error of every step relative to 1 + |state|; the global error is of its size.
+    With ``peaks_wanted`` the integration ends after so many peaks, and later samples are NaN. Compiled DOP853.
+
+    Raises ``ConfigurationError`` with one sentence where the parameters are singular, too stiff for an explicit
+    method, or not physical.
+    """
+    groups = find_groups(material)
+    low, high = STRETCH_RANGE
+    if not low <= stretch_0 <= high:
+        raise ConfigurationError(f"an initial stretch of {stretch_0:g} is outside {low:g} to {high:g}")
+    times = np.ascontiguousarray(times_s, dtype=np.float64)
+    if times.ndim != 1 or times.size == 0 or not np.all(np.isfinite(times)) or np.any(np.diff(times) < 0.0):
+        raise ValueError("times_s must be a rising, finite, non-empty array of one dimension")
+    if sensitivities and (material.m < 1.0 or material.xi == 0.0):
+        raise ConfigurationError("sensitivities need m of at least 1 and xi > 0; the flow rule is not smooth otherwise")
+    return _integrate(groups, stretch_0, times, (tolerance, sensitivities, peaks_wanted))
+
+
+def find_period(material: Material, stretch_0: float, *, tolerance: float = 1e-10) -> float:
+    """Free period in s, from the release at ``stretch_0`` to the next extremum of the same sense.
+
+    NaN where the sphere creeps back without passing another extremum within 40 small-amplitude periods.
+    """
+    duration = 40.0 * SMALL_PERIOD * find_groups(material).time_scale_s
+    return solve_oscillation(material, stretch_0, np.array([duration]), tolerance=tolerance, peaks_wanted=1).period_s
+
+
+def _integrate(groups: Groups, stretch_0: float, times: FloatArray, options: tuple[float, bool, int]) -> Trajectory:
+    tolerance, sensitivities, peaks_wanted = options
+    size = STATE_SIZE + (3 * len(SENSITIVITY_NAMES) if sensitivities else 0)
+    initial = np.zeros(size)
+    initial[0] = stretch_0
+    if sensitivities:
+        initial[STATE_SIZE] = 1.0
+    scaled = times / groups.time_scale_s
+    fast = math.sqrt(1.0 + groups.stiffness_ratio)
+    end = max(float(scaled[-1]), 0.0)
+    events = np.empty((min(int(4.5 * end * fast / SMALL_PERIOD) + 16, MOST_EVENTS), stepping.EVENT_COLUMNS))
+    sampled = np.full((times.size, size), np.nan)
+    limits = np.array([tolerance, LONGEST_STEP * SMALL_PERIOD / fast, MOST_STEPS, peaks_wanted])
+    counts = np.zeros(5, dtype=np.int64)
+    output = (scaled, sampled, events)
+    status, reached, energy_error = stepping.integrate(groups.as_array(), initial, limits, output, counts)
+    if status != stepping.DONE:
+        raise ConfigurationError(_refusal(status, groups, stretch_0, reached / max(end, 1e-300)))
+    found = int(counts[stepping.FOUND])
+    return Trajectory(
+        groups=groups,
+        stretch_0=stretch_0,
+        t_s=times,
+        stretch=sampled[:, 0],
+        rate_1_s=sampled[:, 1] / groups.time_scale_s,
+        stretch_viscous=np.sqrt(1.0 + sampled[:, 2]),
+        sensitivities=_physical_sensitivities(groups, scaled, sampled),
+        event_t_s=events[:found, 0] * groups.time_scale_s,
+        event_kind=events[:found, 1].astype(np.int64),
+        event_stretch=events[:found, 2].copy(),
+        energy_error=energy_error,
+        steps=int(counts[stepping.ACCEPTED]),
+        rejected_steps=int(counts[stepping.REJECTED]),
+    )
+
+
+def _refusal(status: int, groups: Groups, stretch_0: float, fraction: float) -> str:
+    hardening = flow_hardening(stretch_0**2 - 1.0, groups.xi)
+    powers = [groups.flow * c**groups.n for c in (groups.xi, hardening) if c > 0.0]
+    fastest = max(powers, default=math.nan)
+    reason = {
+        stepping.TOO_MANY_STEPS: f"needs more than {MOST_STEPS} steps",
+        stepping.STEP_TOO_SMALL: "needs steps below the rounding of time",
+        stepping.TOO_MANY_EVENTS: f"has more than {MOST_EVENTS} extrema and crossings",
+    }[status]
+    return (
+        f"the oscillation {reason} ({100.0 * fraction:.0f} % done; dimensionless flow rate A* c^n up to "
+        f"{fastest:.3g}, G_T/G_inf {groups.stiffness_ratio:.3g}): the parameters are too stiff; check eps0_dot_1_s, n, "
+        "xi and that tau0_pa is in Pa"
+    )
+
+
+def _physical_sensitivities(groups: Groups, scaled: FloatArray, sampled: FloatArray) -> FloatArray:
+    """Chain rule from the groups to the columns of ``Trajectory.sensitivities``."""
+    if sampled.shape[1] == STATE_SIZE:
+        return np.empty((scaled.size, 0))
+    to_start, to_flow, to_n, to_ratio = (sampled[:, STATE_SIZE + 3 * j] for j in range(len(SENSITIVITY_NAMES)))
+    to_log_inf = 0.5 * scaled * sampled[:, 1] - groups.stiffness_ratio * to_ratio - 0.5 * to_flow
+    to_log_t = groups.stiffness_ratio * to_ratio + groups.m * to_flow
+    return np.column_stack([to_start, to_flow, to_n, to_log_inf, to_log_t])
