@@ -1,0 +1,37 @@
+"""``wentry info``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from wentry_cli.cli import options as opt
+
+
+@click.command(name="info")
+@click.argument("paths", type=opt.FOLDER, nargs=-1, required=True)
+@opt.as_json
+def command(paths: tuple[Path, ...], as_json: bool) -> None:
+    """Say what each recording in PATHS is: format, frames, size, bit depth, frame rate and where that came from."""
+    from wentry_cli.cli.console import show_json
+    from wentry_cli.errors import InputError, WentryError
+    from wentry_cli.frames.description import describe
+
+    described: list[dict[str, Any]] = []
+    problems: list[str] = []
+    for path in paths:
+        try:
+            described.append(describe(path))
+        except WentryError as error:
+            problems.append(str(error))
+    if as_json:
+        show_json(described)
+    else:
+        for facts in described:
+            for name, value in facts.items():
+                click.echo(f"{name + ':':22} {'–' if value is None else value}")
+            click.echo()
+    if problems:
+        raise InputError("\n".join(problems))

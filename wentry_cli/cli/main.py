@@ -1,0 +1,96 @@
+"""The command ``wentry``: finds a command's file when it is called for, and turns errors into exit codes."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+
+import click
+
+from wentry_cli import __version__
+from wentry_cli.errors import WentryError
+
+COMMANDS = {
+    "process": "measure every drop of a folder of videos: frames, outlines, cavity, stretch, kinematics",
+    "fit": "model, numbers of each drop, regressions over the campaign",
+    "report": "one HTML page, a PDF and every figure as SVG, PNG and CSV",
+    "run": "process, fit and report in a row",
+    "calibrate": "material parameters from rigid-surface drops or a compression test",
+    "render": "synthetic drops with their truth",
+    "info": "what a recording is: format, size, depth, frame rate and where it came from",
+    "check": "validate configuration and input, do nothing else",
+    "init": "write an experiment.yaml to fill in",
+    "status": "which stage of which drop is fresh, stale or failed, and why",
+    "compare": "errors of results against a rendered truth or a hand-tracked table",
+    "bench": "speed against error, ours and others'",
+    "doctor": "versions, codecs, a second OpenCV",
+}
+INTERRUPTED = 130
+
+
+class _Commands(click.Group):
+    """A group that imports a command only when it is called, so that ``--help`` answers at once."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """The commands in the order of the work."""
+        del ctx
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
+        """Import the command ``name`` from its file."""
+        del ctx
+        if name not in COMMANDS:
+            return None
+        command: click.Command = importlib.import_module(f"wentry_cli.cli.{name}").command
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands without importing them."""
+        del ctx
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Offer the nearest command for a misspelt one."""
+        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
+            import difflib
+
+            near = difflib.get_close_matches(args[0], COMMANDS, n=1)
+            hint = f"Did you mean '{near[0]}'?" if near else f"The commands are: {', '.join(COMMANDS)}."
+            raise click.UsageError(f"No such command '{args[0]}'. {hint}", ctx)
+        return super().resolve_command(ctx, args)
+
+
+@click.command(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.version_option(__version__, prog_name="wentry")
+def cli() -> None:
+    """From high-speed video of a sphere hitting water to physics.
+
+    A drop is a folder with an experiment.yaml; a campaign is a folder of drops. Start with `wentry init`, or try
+    `wentry render configs/demo.yaml -o demo` and `wentry run demo`.
+    """
+
+
+def main() -> None:
+    """Run the command line and leave with its exit code."""
+    try:
+        code = cli.main(standalone_mode=False)
+    except click.ClickException as error:
+        error.show()
+        code = error.exit_code
+    except (click.exceptions.Abort, KeyboardInterrupt):
+        click.echo("interrupted; run the same command again to go on where it stopped", err=True)
+        code = INTERRUPTED
+    except WentryError as error:
+        click.echo(str(error), err=True)
+        code = error.exit_code
+    except BrokenPipeError:
+        sys.stderr.close()
+        code = 0
+    sys.exit(code if isinstance(code, int) else 0)
+
+
+if __name__ == "__main__":
+    main()

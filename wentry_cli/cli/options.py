@@ -1,0 +1,51 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+
+from wentry_cli.pipeline import CAMPAIGN_STAGES, STAGE_NAMES
+
+F = TypeVar("F", bound=Callable[..., Any])
+FOLDER = click.Path(path_type=Path)
+
+video_dir = click.argument("video_dir", type=FOLDER)
+results_argument = click.argument("results", type=FOLDER, default=Path("results"), required=False)
+results_option = click.option(
+    "-o", "--results", type=FOLDER, default=Path("results"), show_default=True, help="Folder to write into."
+)
+jobs = click.option(
+    "-j", "--jobs", type=click.IntRange(1, 1024), default=1, show_default=True, help="Drops side by side."
+)
+dry_run = click.option("-n", "--dry-run", is_flag=True, help="Show what would run, and why; do nothing.")
+until = click.option("--until", type=click.Choice([*STAGE_NAMES, *CAMPAIGN_STAGES]), help="Last stage to run.")
+force = click.option(
+    "--force",
+    is_flag=False,
+    flag_value="all",
+    type=click.Choice(["all", *STAGE_NAMES, *CAMPAIGN_STAGES]),
+    help="Run again even if fresh; --force=STAGE for one stage and what depends on it.",
+)
+settings = click.option(
+    "--set", "settings", multiple=True, metavar="KEY.PATH=VALUE", help="Override a configuration key."
+)
+as_json = click.option("--json", "as_json", is_flag=True, help="Print the record as JSON on stdout.")
+quiet = click.option("-q", "--quiet", is_flag=True, help="Errors only.")
+verbose = click.option("-v", "--verbose", is_flag=True, help="Also say what is skipped, and why.")
+only = click.option("--drop", "only", multiple=True, metavar="NAME", help="This drop only; may be repeated.")
+verify = click.option("--verify", is_flag=True, help="Hash whole recordings instead of samples.")
+
+
+def options(*decorators: Callable[[F], F]) -> Callable[[F], F]:
+    """Apply several options in the order in which ``--help`` shall list them."""
+
+    def apply(function: F) -> F:
+        for decorator in reversed(decorators):
+            function = decorator(function)
+        return function
+
+    return apply

@@ -1,0 +1,22 @@
+"""``wentry render``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from wentry_cli.cli import options as opt
+
+
+@click.command(name="render")
+@click.argument("scenes", type=opt.FOLDER)
+@click.option("-o", "--output", type=opt.FOLDER, default=Path("demo"), show_default=True, help="Folder to write into.")
+@opt.options(opt.jobs, opt.only, opt.quiet)
+def command(scenes: Path, output: Path, jobs: int, only: tuple[str, ...], quiet: bool) -> None:
+    """Draw the synthetic drops of the YAML file SCENES, both views, with experiment.yaml and truth/ beside them."""
+    from wentry_cli.synthetic.campaign import render_campaign
+
+    names = render_campaign(scenes, output, jobs=jobs, only=only)
+    if not quiet:
+        click.echo(f"{len(names)} drops in {output}; next: wentry run {output}", err=True)

@@ -1,0 +1,56 @@
+"""A first ``experiment.yaml``: the keys a lab needs, with what lies in the folder already named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from wentry_cli.config.campaign import EXPERIMENT
+from wentry_cli.errors import InputError
+from wentry_cli.tables import write_text
+
+RECORDINGS = (".cihx", ".cih", ".cine", ".avi", ".mp4", ".tif", ".tiff")
+TEMPLATE = """\
+# One drop. Every key carries its unit; the README lists all of them.
+kind: water_entry            # water_entry | surface_impact (rigid surface) | free_flight
+sphere:
+  diameter_m: 0.051          # undeformed
+  diameter_m_unc: 0.0002     # standard uncertainty
+  density_kg_m3: 1070
+  material: rigid            # rigid, or a key of materials.yaml such as dragonskin_6p70_small
+# drop:
+#   height_m: 1.53           # from the bottom of the sphere to the surface: a cross-check of the speed
+views:
+{views}"""
+VIEW = """\
+  {name}:
+    source: {source}
+    fps: {fps}              # frames/s; from_header where the recording knows it
+"""
+
+
+def write_scaffold(folder: Path) -> Path:
+    """Write ``experiment.yaml`` into ``folder`` and return its path; raises ``InputError`` if there is one already."""
+    path = folder / EXPERIMENT
+    if path.exists():
+        raise InputError(f"{path}: stands already; edit it, or remove it to start anew")
+    sources = _sources(folder)
+    views = "".join(
+        VIEW.format(name=name, source=source, fps="from_header" if _knows_rate(source) else "2000 ")
+        for name, source in sources.items()
+    )
+    write_text(path, TEMPLATE.format(views=views))
+    return path
+
+
+def _sources(folder: Path) -> dict[str, str]:
+    """Which recording is the side view and which the top view, by their names."""
+    if not folder.is_dir():
+        return {"side": "side"}
+    found = sorted(item.name for item in folder.iterdir() if item.is_dir() or item.suffix.lower() in RECORDINGS)
+    top = next((name for name in found if "top" in name.lower()), None)
+    side = next((name for name in found if name != top), "side")
+    return {"side": side} if top is None else {"side": side, "top": top}
+
+
+def _knows_rate(source: str) -> bool:
+    return Path(source).suffix.lower() in (".cihx", ".cih", ".cine")

@@ -1,0 +1,119 @@
+"""The stages in order: what each reads and writes, and which scenes need it.
+
+A stage that a scene does not need does not run and writes nothing; ``why_not`` says why in a few words.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from wentry_cli.config.campaign import Drop
+
+Reason = str | None
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One stage of one drop.
+
+    ``reads`` and ``writes`` are table names; ``keys`` are the parts of the configuration that the result depends on;
+    ``frames`` tells whether the recording is read again; ``why_not`` gives the reason why a drop does not need it.
+    """
+
+    name: str
+    command: str
+    summary: str
+    reads: tuple[str, ...]
+    writes: tuple[str, ...]
+    keys: tuple[str, ...]
+    frames: bool
+    why_not: Callable[[Drop], Reason]
+
+
+def _always(drop: Drop) -> Reason:
+    del drop
+    return None
+
+
+def _needs_cavity(drop: Drop) -> Reason:
+    if drop.experiment.kind != "water_entry":
+        return f"{drop.experiment.kind} has no cavity"
+    return None if drop.experiment.views.side else "the cavity is seen in the side view, which was not filmed"
+
+
+def _needs_stretch(drop: Drop) -> Reason:
+    if drop.experiment.kind == "free_flight":
+        return "a free flight has no oscillation"
+    return "a rigid sphere does not stretch" if drop.experiment.sphere.rigid else None
+
+
+def _needs_kinematics(drop: Drop) -> Reason:
+    if drop.experiment.kind == "surface_impact":
+        return "a drop on a rigid surface is analysed by its stretch alone"
+    if drop.experiment.kind == "water_entry" and drop.experiment.views.side is None:
+        return "the height is seen in the side view, which was not filmed"
+    return None
+
+
+def _needs_model(drop: Drop) -> Reason:
+    reason = _needs_stretch(drop)
+    if reason is None and drop.experiment.kind == "water_entry" and drop.experiment.views.side is None:
+        return "the model serves y_c, which needs the side view"
+    if reason is None and drop.material is None:
+        return "the material is not known"
+    return reason
+
+
+STAGES: tuple[Stage, ...] = (
+    Stage(
+        "ingest", "process", "list the frames of each recording, their times and levels",
+        (), ("frames",), ("views",), True, _always,
+    ),
+    Stage(
+        "track", "process", "fit circle and ellipse, bottom, separation line, scale, impact time",
+        ("frames",), ("geometry", "top", "side"),
+        ("kind", "sphere", "gravity_m_s2", "views", "analysis", "drop"), True, _always,
+    ),
+    Stage(
+        "cavity", "process", "cavity profile, necks, pinch-off, dome-over",
+        ("frames", "geometry", "top", "side"), ("cavity", "neck", "events"),
+        ("kind", "sphere", "gravity_m_s2", "views"), True, _needs_cavity,
+    ),
+    Stage(
+        "stretch", "process", "merge both views to λ(t), find its periods",
+        ("geometry", "top", "side", "events"), ("stretch", "periods"), ("kind", "sphere", "views"), False,
+        _needs_stretch,
+    ),
+    Stage(
+        "kinematics", "process", "position, velocity and acceleration with error bars",
+        ("geometry", "top", "side", "events", "stretch", "periods"), ("kinematics",),
+        ("kind", "sphere", "gravity_m_s2", "views", "analysis"), False, _needs_kinematics,
+    ),
+    Stage(
+        "model", "fit", "viscoelastic model from the first peak, scaled in time",
+        ("geometry", "side", "stretch", "periods", "kinematics", "events"),
+        ("model", "model_fit", "kinematics_model"),
+        ("kind", "sphere", "gravity_m_s2", "analysis"), False, _needs_model,
+    ),
+    Stage(
+        "summary", "fit", "the numbers of the drop and its force coefficients",
+        (
+            "frames", "geometry", "side", "top", "events", "neck", "stretch", "periods", "kinematics", "model",
+            "model_fit", "kinematics_model",
+        ),
+        ("forces", "summary"),
+        ("kind", "condition", "repeat", "sphere", "liquid", "gravity_m_s2", "drop", "views", "analysis"), False,
+        _always,
+    ),
+)  # fmt: skip
+
+STAGE_NAMES = tuple(stage.name for stage in STAGES)
+CAMPAIGN_STAGES = {"scaling": "regressions over the campaign", "report": "figures, page and PDF"}
+
+
+def stages_of(*commands: str) -> list[Stage]:
+    """The stages that the given commands run, in order."""
+    return [stage for stage in STAGES if stage.command in commands]

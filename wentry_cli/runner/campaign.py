@@ -1,0 +1,118 @@
+"""Run many drops: one after another, or each in a process of its own, so that one bad drop stops no other."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from wentry_cli.config.campaign import Drop
+from wentry_cli.pipeline import Stage
+from wentry_cli.runner.drop import Event, Failure, Report, run_drop
+from wentry_cli.runner.plan import Choice
+
+if TYPE_CHECKING:
+    from multiprocessing.context import SpawnProcess
+
+ONE_THREAD = (
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "NUMBA_NUM_THREADS",
+    "VECLIB_MAXIMUM_THREADS",
+)
+
+
+@dataclass(frozen=True)
+class Work:
+    """What to run for every drop."""
+
+    results: Path
+    stages: list[Stage]
+    choice: Choice = field(default_factory=Choice)
+
+
+def single_threaded() -> None:
+    """One thread inside each process: the tables must not depend on the number of cores."""
+    for name in ONE_THREAD:
+        os.environ[name] = "1"
+    try:
+        import cv2
+    except ImportError:
+        return
+    cv2.setNumThreads(1)
+
+
+def run_campaign(work: Work, drops: list[Drop], jobs: int, report: Report) -> list[Failure]:
+    """Run every drop with at most ``jobs`` processes; the failures come back in the order of the drops."""
+    single_threaded()
+    if jobs <= 1 or len(drops) <= 1:
+        found = [run_drop(work.results, drop, work.stages, work.choice, report) for drop in drops]
+        return [failure for failure in found if failure is not None]
+    failures = {failure.drop: failure for failure in _side_by_side(work, drops, jobs, report)}
+    return [failures[drop.name] for drop in drops if drop.name in failures]
+
+
+def _side_by_side(work: Work, drops: list[Drop], jobs: int, report: Report) -> Iterator[Failure]:
+    context = multiprocessing.get_context("spawn")
+    waiting = list(reversed(drops))
+    running: dict[Connection, tuple[SpawnProcess, str]] = {}
+    try:
+        while waiting or running:
+            while waiting and len(running) < jobs:
+                drop = waiting.pop()
+                ours, theirs = context.Pipe(duplex=False)
+                process = context.Process(target=_in_child, args=(work, drop.record(), theirs), daemon=True)
+                process.start()
+                theirs.close()
+                running[ours] = (process, drop.name)
+            for ready in wait(list(running)):
+                yield from _hear(ready, running, report)  # type: ignore[arg-type]
+    finally:
+        for process, _ in running.values():
+            process.terminate()
+
+
+def _hear(pipe: Connection, running: dict[Connection, tuple[SpawnProcess, str]], report: Report) -> Iterator[Failure]:
+    process, name = running[pipe]
+    try:
+        message = pipe.recv()
+    except EOFError:
+        process.join()
+        del running[pipe]
+        if process.exitcode:
+            sentence = (
+                f"{name}: its process ended with code {process.exitcode}; run it alone with --drop {name} to see why"
+            )
+            report(Event(name, "", "failed", sentence))
+            yield Failure(name, "", 1, sentence)
+        return
+    if isinstance(message, Event):
+        report(message)
+    elif isinstance(message, Failure):
+        yield message
+
+
+def _in_child(work: Work, record: dict[str, Any], pipe: Connection) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent hears Ctrl-C and ends its children
+    single_threaded()
+    last_tick = 0.0
+
+    def send(event: Event) -> None:
+        nonlocal last_tick
+        now = time.monotonic()
+        if event.what == "tick" and now - last_tick < 0.2:
+            return
+        last_tick = now if event.what == "tick" else last_tick
+        pipe.send(event)
+
+    failure = run_drop(work.results, Drop.from_record(record), work.stages, work.choice, send)
+    if failure is not None:
+        pipe.send(failure)
+    pipe.close()

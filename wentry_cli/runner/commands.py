@@ -1,0 +1,158 @@
+"""What the commands do, in words in and failures out: read the campaign, run its stages, gather the record."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from wentry_cli.config.campaign import Drop, find_drops, read_drop
+from wentry_cli.config.places import Document, Place
+from wentry_cli.errors import CampaignError, ConfigurationError, InputError, WentryError
+from wentry_cli.pipeline import stages_of
+from wentry_cli.runner.campaign import Work, run_campaign, single_threaded
+from wentry_cli.runner.drop import Event, Failure, Report
+from wentry_cli.runner.lock import locked
+from wentry_cli.runner.plan import Choice, Step, plan
+from wentry_cli.runner.record import STAGES, read_drops, read_json, write_run
+
+
+@dataclass
+class Campaign:
+    """The drops that can be run, and the failures so far."""
+
+    drops: list[Drop]
+    failures: list[Failure] = field(default_factory=list)
+
+    @property
+    def size(self) -> int:
+        """All drops, good and failed."""
+        return len({drop.name for drop in self.drops} | {failure.drop for failure in self.failures})
+
+
+def overrides_document(settings: tuple[str, ...]) -> Document | None:
+    """``key.path=value`` words as a document; values are read as YAML. Raises ``ConfigurationError``."""
+    document = Document({})
+    for setting in settings:
+        key, separator, text = setting.partition("=")
+        if not separator or not key:
+            raise ConfigurationError(f"--set {setting}: write key.path=value, for example analysis.tracking=fast")
+        try:
+            value = yaml.safe_load(text)
+        except yaml.YAMLError as error:
+            raise ConfigurationError(f"--set {setting}: the value is not valid YAML") from error
+        parts = key.split(".")
+        below: dict[str, Any] = {parts[-1]: value}
+        for part in reversed(parts[:-1]):
+            below = {part: below}
+        place = Place(Path(f"--set {key}"), 1, 1)
+        document = Document(below, {tuple(parts): place}).over(document)
+    return document if settings else None
+
+
+def read_campaign(video_dir: Path, settings: tuple[str, ...] = (), only: tuple[str, ...] = ()) -> Campaign:
+    """Read every drop of ``video_dir``; a drop with a wrong configuration becomes a failure of its own.
+
+    Raises ``ConfigurationError`` where no drop is right, and ``InputError`` for a drop that does not exist.
+    """
+    overrides = overrides_document(settings)
+    found = find_drops(video_dir)
+    campaign = Campaign([])
+    for name in _selected(list(found), only, video_dir):
+        try:
+            campaign.drops.append(read_drop(name, found[name], overrides))
+        except WentryError as error:
+            campaign.failures.append(Failure(name, "configuration", error.exit_code, str(error)))
+    if not campaign.drops:
+        lines = dict.fromkeys(line for failure in campaign.failures for line in failure.sentence.splitlines())
+        raise ConfigurationError("\n".join(lines))
+    return campaign
+
+
+def _selected(names: list[str], only: tuple[str, ...], where: Path) -> list[str]:
+    unknown = [name for name in only if name not in names]
+    if unknown:
+        raise InputError(f"{where}: has no drop {unknown[0]}; its drops are {', '.join(names)}")
+    return [name for name in names if not only or name in only]
+
+
+def process(campaign: Campaign, results: Path, choice: Choice, jobs: int, report: Report) -> None:
+    """Run the measuring stages; failures are added to ``campaign``."""
+    for failure in campaign.failures:
+        report(Event(failure.drop, failure.stage, "failed", failure.sentence))
+    _run(campaign, results, "process", choice, jobs, report)
+
+
+def fit(campaign: Campaign, results: Path, choice: Choice, jobs: int, report: Report) -> None:
+    """Run model and summary of each drop, then the regressions over the campaign."""
+    _run(campaign, results, "fit", choice, jobs, report)
+    if choice.until is None or choice.until == "scaling":
+        from wentry_cli.stages import scaling
+
+        done = _without_failures(campaign)
+        if done:
+            report(Event("", "scaling", "start"))
+            scaling.run(results, done)
+            report(Event("", "scaling", "done"))
+
+
+def _without_failures(campaign: Campaign) -> list[Drop]:
+    failed = {failure.drop for failure in campaign.failures}
+    return [drop for drop in campaign.drops if drop.name not in failed]
+
+
+def _run(campaign: Campaign, results: Path, command: str, choice: Choice, jobs: int, report: Report) -> None:
+    work = Work(results, stages_of(command), choice)
+    campaign.failures += run_campaign(work, _without_failures(campaign), jobs, report)
+
+
+def processed(results: Path, only: tuple[str, ...] = ()) -> Campaign:
+    """The drops that were processed into ``results``; one that could not be measured is a failure from the start."""
+    drops = read_drops(results)
+    names = _selected([drop.name for drop in drops], only, results)
+    drops = [drop for drop in drops if drop.name in names]
+    return Campaign(drops, [failure for drop in drops for failure in _failed_before(results, drop)])
+
+
+def _failed_before(results: Path, drop: Drop) -> list[Failure]:
+    record = read_json(results / drop.name / STAGES)
+    for stage in stages_of("process"):
+        known = record.get(stage.name)
+        if known is None and stage.why_not(drop) is None:
+            sentence = f"{drop.name}: stage {stage.name} has not run; run `wentry process` first"
+            return [Failure(drop.name, stage.name, InputError.exit_code, sentence)]
+        if known is not None and known.get("error"):
+            return [Failure(drop.name, stage.name, int(known.get("exit_code", 1)), str(known["error"]))]
+    return []
+
+
+def finish(campaign: Campaign, results: Path, command: str) -> dict[str, Any]:
+    """Write ``run.json`` and return it."""
+    failures = {
+        failure.drop: {"stage": failure.stage, "exit_code": failure.exit_code, "sentence": failure.sentence}
+        for failure in campaign.failures
+    }
+    return write_run(results, command, failures)
+
+
+def raise_failures(campaign: Campaign) -> None:
+    """End with the exit code of the contract: a single drop's own, ``CampaignError`` (6) for a campaign."""
+    if not campaign.failures:
+        return
+    if campaign.size == 1:
+        error = WentryError(campaign.failures[0].sentence)
+        error.exit_code = campaign.failures[0].exit_code
+        raise error
+    names = ", ".join(failure.drop for failure in campaign.failures)
+    raise CampaignError(f"{len(campaign.failures)} of {campaign.size} drops failed: {names}; the others are complete")
+
+
+def plans(campaign: Campaign, results: Path, commands: tuple[str, ...], choice: Choice) -> dict[str, list[Step]]:
+    """What would run for each drop, and why; nothing is done."""
+    single_threaded()
+    return {drop.name: plan(results, drop, stages_of(*commands), choice) for drop in campaign.drops}
+
+
+__all__ = ["Campaign", "finish", "fit", "locked", "plans", "process", "processed", "raise_failures", "read_campaign"]

@@ -1,0 +1,105 @@
+"""What must run and why: a stage is fresh only if nothing that it reads has changed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from wentry_cli import __version__
+from wentry_cli.config.campaign import Drop
+from wentry_cli.pipeline import Stage
+from wentry_cli.provenance import digest_of, digest_of_file
+from wentry_cli.runner.record import STAGES, read_json
+from wentry_cli.tables import table_path
+
+
+@dataclass(frozen=True)
+class Choice:
+    """How the run goes: ``force`` is a stage name, ``all`` or ``None``; ``until`` the last stage to run."""
+
+    force: str | None = None
+    until: str | None = None
+    verify: bool = False
+
+
+@dataclass(frozen=True)
+class Step:
+    """One stage of one drop: ``action`` is ``run``, ``fresh`` or ``not_needed``; ``reason`` says why."""
+
+    stage: Stage
+    action: str
+    reason: str
+
+
+def plan(results: Path, drop: Drop, stages: list[Stage], choice: Choice) -> list[Step]:
+    """The steps for ``drop``, in order. A stage downstream of one that runs runs too, if it reads what that writes."""
+    folder = results / drop.name
+    record = read_json(folder / STAGES)
+    steps: list[Step] = []
+    changing: dict[str, str] = {}
+    for stage in stages:
+        step = _step(folder, drop, stage, record, changing, choice)
+        if step.action == "run":
+            changing |= dict.fromkeys(stage.writes, stage.name)
+        steps.append(step)
+        if stage.name == choice.until:
+            break
+    return steps
+
+
+def _step(
+    folder: Path, drop: Drop, stage: Stage, record: dict[str, Any], changing: dict[str, str], choice: Choice
+) -> Step:
+    why_not = stage.why_not(drop)
+    if why_not is not None:
+        return Step(stage, "not_needed", why_not)
+    if choice.force in ("all", stage.name):
+        return Step(stage, "run", "forced")
+    above = next((changing[name] for name in stage.reads if name in changing), None)
+    if above is not None:
+        return Step(stage, "run", f"{above} runs before it")
+    reason = why_stale(folder, drop, stage, record, verify=choice.verify)
+    return Step(stage, "run" if reason else "fresh", reason or "nothing that it reads has changed")
+
+
+def why_stale(folder: Path, drop: Drop, stage: Stage, record: dict[str, Any], *, verify: bool = False) -> str | None:
+    """Why ``stage`` must run again, or ``None`` where its tables are those of today's inputs."""
+    known = record.get(stage.name)
+    if not isinstance(known, dict) or "fingerprint" not in known:
+        return "not run yet"
+    if known.get("error"):
+        return "failed last time"
+    for name, digest in known.get("outputs", {}).items():
+        if digest_of_file(table_path(folder, name)) != digest:
+            return f"{name}.csv was changed or removed"
+    today = fingerprint(folder, drop, stage, verify=verify)
+    for what, value in today.items():
+        if known["fingerprint"].get(what) != value:
+            return f"{what} changed"
+    return None
+
+
+def fingerprint(folder: Path, drop: Drop, stage: Stage, *, verify: bool = False) -> dict[str, Any]:
+    """Everything that the result of ``stage`` depends on, by a name that a reader understands."""
+    experiment = drop.experiment.model_dump(mode="json")
+    marks: dict[str, Any] = {"version": __version__}
+    for key in stage.keys:
+        marks[f"configuration {key}"] = digest_of(experiment[key])
+    if "sphere" in stage.keys:
+        marks["material"] = digest_of(None if drop.material is None else drop.material.model_dump(mode="json"))
+    for name in stage.reads:
+        marks[f"{name}.csv"] = digest_of_file(table_path(folder, name))
+    if stage.frames:
+        for view in drop.experiment.sides:
+            marks[f"recording {view}"] = _identity(drop.source_path(view), verify)
+    return marks
+
+
+@cache
+def _identity(path: Path, verify: bool) -> str:
+    """One look at a recording serves all stages of a run."""
+    from wentry_cli.frames.identity import recording_identity
+
+    return recording_identity(path, verify=verify)

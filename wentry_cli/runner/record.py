@@ -1,0 +1,81 @@
+"""What is written beside the tables: ``drop.json``, ``stages.json`` of each drop and ``run.json`` of the campaign."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from wentry_cli.config.campaign import Drop
+from wentry_cli.errors import InputError
+from wentry_cli.provenance import digest_of, environment
+from wentry_cli.tables import write_text
+
+DROP = "drop.json"
+STAGES = "stages.json"
+RUN = "run.json"
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """The dictionary in ``path``, empty where the file is missing or damaged (everything is then stale)."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+def write_json(path: Path, content: dict[str, Any]) -> None:
+    """Write plain data as indented JSON, atomically."""
+    write_text(path, json.dumps(content, indent=1, sort_keys=True, ensure_ascii=False) + "\n")
+
+
+def write_drop(results: Path, drop: Drop) -> None:
+    """Keep the drop's resolved configuration beside its tables, for the commands that do not see the videos."""
+    write_json(results / drop.name / DROP, drop.record())
+
+
+def read_drops(results: Path) -> list[Drop]:
+    """Every drop that was processed into ``results``, by name, with the material that a calibration knows better.
+
+    Raises ``InputError`` where there is none.
+    """
+    if not results.is_dir():
+        raise InputError(f"{results}: no such folder; run `wentry process VIDEO_DIR -o {results}` first")
+    drops: list[Drop] = []
+    for path in sorted(results.glob(f"*/{DROP}")):
+        try:
+            drops.append(Drop.from_record(read_json(path)).with_calibration(results))
+        except (KeyError, ValueError, TypeError) as error:
+            raise InputError(f"{path}: damaged; run `wentry process` again on its video") from error
+    if not drops:
+        raise InputError(f"{results}: holds no processed drop; run `wentry process VIDEO_DIR -o {results}` first")
+    return drops
+
+
+def write_run(results: Path, command: str, failures: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """Gather what was done in ``results`` into ``run.json`` and return it.
+
+    ``failures`` maps a drop to stage, exit code and sentence of this run; failures of earlier runs that were not tried
+    again stay.
+    """
+    drops: dict[str, Any] = {}
+    for path in sorted(results.glob(f"*/{DROP}")):
+        name = path.parent.name
+        record = read_json(path)
+        drops[name] = {
+            "folder": record.get("folder"),
+            "configuration": record.get("experiment"),
+            "configuration_hash": digest_of(record.get("experiment")),
+            "material": record.get("material"),
+            "stages": read_json(path.parent / STAGES),
+        }
+    content = {
+        "command": command,
+        "environment": environment(),
+        "version": environment()["wentry"],
+        "drops": drops,
+        "failures": failures,
+    }
+    write_json(results / RUN, content)
+    return content
