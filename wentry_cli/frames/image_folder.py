@@ -1,0 +1,135 @@
+"""Numbered still images in a folder: PNG, TIFF, JPEG, BMP, 8 or 16 bit, one file a frame."""
+
+from __future__ import annotations
+
+from collections import Counter
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.errors import FrameUnreadableError, InputError
+from wentry_cli.frames.decoding import decode_grey
+from wentry_cli.frames.image_headers import ImageHeader, read_image_header
+from wentry_cli.frames.numbering import Numbering, number_files
+from wentry_cli.frames.reader import RATE_UNKNOWN, Frame, RecordingInfo, Region, check_index, checked_region
+
+IMAGE_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp")
+RECORDING_SUFFIXES = (".cihx", ".cih", ".mraw", ".cine", ".avi", ".mp4", ".mov", ".mkv")
+
+
+def image_names(folder: Path, pattern: str = "*") -> list[str]:
+    """Return the names of the images in ``folder`` that match ``pattern``; hidden files are not images."""
+    try:
+        entries = [entry for entry in folder.iterdir() if not entry.name.startswith(".")]
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be listed ({error.strerror})") from error
+    wanted = pattern.casefold()
+    names = [e.name for e in entries if e.suffix.lower() in IMAGE_SUFFIXES and fnmatchcase(e.name.casefold(), wanted)]
+    if names:
+        return names
+    other = sorted(e.name for e in entries if e.suffix.lower() in RECORDING_SUFFIXES)
+    if other:
+        raise InputError(f"{folder}: no images here, but '{other[0]}': give that file as the source")
+    found = f"no image matches '{pattern}'" if pattern != "*" else "no image here (png, tif, jpg, bmp)"
+    raise InputError(f"{folder}: {found}; check the source")
+
+
+def open_image_folder(folder: Path, pattern: str = "*") -> ImageFolder:
+    """Open the images of ``folder`` whose names match ``pattern`` (as a shell would).
+
+    The headers of all files are read, none is decoded. Raises InputError for an empty folder, several series side by
+    side, images of different size or depth, and where not one header can be read.
+    """
+    numbering = number_files(image_names(folder, pattern), str(folder))
+    headers: dict[str, ImageHeader] = {}
+    damage: FrameUnreadableError | None = None
+    for name in numbering.names:
+        try:
+            if name is not None:
+                headers[name] = read_image_header(folder / name)
+        except FrameUnreadableError as error:
+            damage = damage or error
+    if not headers:
+        raise InputError(f"{folder}: not one of the images can be read: {damage}")
+    return ImageFolder(folder, numbering, _common_header(folder, headers))
+
+
+def _common_header(folder: Path, headers: dict[str, ImageHeader]) -> ImageHeader:
+    """Return what the images have in common; InputError naming the first that is of another size or depth."""
+    kinds = Counter((header.width, header.height, header.bit_depth) for header in headers.values())
+    usual, count = kinds.most_common(1)[0]
+    for name, header in headers.items():
+        if (header.width, header.height, header.bit_depth) != usual:
+            raise InputError(
+                f"{folder / name}: {header.width} x {header.height} pixels of {header.bit_depth} bit, but {count} of "
+                f"the {len(headers)} images here have {usual[0]} x {usual[1]} of {usual[2]} bit; remove the odd ones"
+            )
+        if header.pages > 1:
+            raise InputError(f"{folder / name}: a TIFF of several pages; give that file as the source, not its folder")
+    first = next(iter(headers.values()))
+    if first.bit_depth not in (8, 16):
+        raise InputError(f"{folder}: images of {first.bit_depth} bit are not supported; save them with 8 or 16 bit")
+    return first
+
+
+class ImageFolder:
+    """Images of one size, decoded one at a time; the last is kept, so regions of one frame decode it once."""
+
+    def __init__(self, folder: Path, numbering: Numbering, header: ImageHeader) -> None:
+        """Take the frames of ``numbering`` in ``folder``, all of the kind of ``header``."""
+        self._folder, self._numbering = folder, numbering
+        self._last: tuple[int, Frame] | None = None
+        colour = ", colour, converted to grey" if header.channels > 2 else ""
+        container = (
+            ("16 bit is the depth of the files; the camera's own may be less",) if header.bit_depth == 16 else ()
+        )
+        self.info = RecordingInfo(
+            path=folder,
+            format=f"{header.kind} images, {header.bit_depth} bit{colour}",
+            frame_count=len(numbering.names),
+            width=header.width,
+            height=header.height,
+            bit_depth=header.bit_depth,
+            fps=None,
+            fps_source=RATE_UNKNOWN,
+            exposure_s=None,
+            duplicates=len(numbering.duplicates),
+            gaps=numbering.gaps,
+            notes=numbering.notes + container,
+        )
+
+    def camera_frames(self) -> NDArray[np.int64]:
+        """Return the numbers in the file names, gaps included."""
+        return self._numbering.numbers.copy()
+
+    def times_s(self) -> None:
+        """Return None: files have no stamps of the camera."""
+
+    def close(self) -> None:
+        """Forget the decoded frame; no file stays open."""
+        self._last = None
+
+    def read(self, index: int, region: Region | None = None) -> Frame:
+        """Return frame ``index``; raises ``FrameUnreadableError`` with ``gap`` where its number has no file."""
+        check_index(index, self.info)
+        x0, y0, x1, y1 = checked_region(region, self.info)
+        if self._last is None or self._last[0] != index:
+            self._last = (index, self._decode(index))
+        return self._last[1][y0:y1, x0:x1].copy()
+
+    def _decode(self, index: int) -> Frame:
+        name = self._numbering.names[index]
+        if name is None:
+            number = int(self._numbering.numbers[index])
+            raise FrameUnreadableError(f"{self._folder}: no image with the number {number}", status="gap")
+        path = self._folder / name
+        try:
+            data = path.read_bytes()
+        except OSError as error:
+            raise FrameUnreadableError(f"{path}: cannot be read ({error.strerror})") from error
+        image = decode_grey(data, str(path))
+        if image.shape != (self.info.height, self.info.width):
+            raise FrameUnreadableError(f"{path}: decoded to {image.shape[1]} x {image.shape[0]} pixels")
+        return image

@@ -1,0 +1,55 @@
+"""Grey levels packed without padding, 12 and 10 bits each, most significant bit first, unpacked row by row.
+
+Two pixels of 12 bits share three bytes (Photron MRAW, Phantom P12L), four of 10 bits share five (Phantom P10). A row
+may start inside a byte, so a rectangle is unpacked from the pixel index of its first column.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.compiled import compiled
+
+
+@compiled
+def unpack_12bit(packed: NDArray[np.uint8], start: int, stride: int, out: NDArray[np.uint16]) -> None:
+    """Fill ``out`` (rows, columns) from ``packed``, whose first byte begins an even pixel.
+
+    ``start`` is the index of ``out[0, 0]`` counted in pixels from the first byte, ``stride`` the pixels from one row
+    to the next.
+    """
+    rows, columns = out.shape
+    for row in range(rows):
+        pixel = start + row * stride
+        byte = (pixel // 2) * 3
+        column = 0
+        if pixel % 2 == 1:
+            out[row, 0] = ((np.uint16(packed[byte + 1]) & 15) << 8) | np.uint16(packed[byte + 2])
+            byte += 3
+            column = 1
+        pairs = (columns - column) // 2
+        for pair in range(pairs):
+            middle = np.uint16(packed[byte + 3 * pair + 1])
+            out[row, column + 2 * pair] = (np.uint16(packed[byte + 3 * pair]) << 4) | (middle >> 4)
+            out[row, column + 2 * pair + 1] = ((middle & 15) << 8) | np.uint16(packed[byte + 3 * pair + 2])
+        if column + 2 * pairs < columns:
+            byte += 3 * pairs
+            out[row, columns - 1] = (np.uint16(packed[byte]) << 4) | (np.uint16(packed[byte + 1]) >> 4)
+
+
+@compiled
+def unpack_10bit(
+    packed: NDArray[np.uint8], start: int, stride: int, levels: NDArray[np.uint16], out: NDArray[np.uint16]
+) -> None:
+    """Fill ``out`` with ``levels[code]`` of the 10-bit codes in ``packed``; ``start`` and ``stride`` as for 12 bits.
+
+    ``packed`` begins a group of four pixels; ``levels`` has 1024 entries (the camera's linearisation).
+    """
+    rows, columns = out.shape
+    for row in range(rows):
+        for column in range(columns):
+            bit = (start + row * stride + column) * 10
+            byte = bit // 8
+            pair = (np.uint16(packed[byte]) << 8) | np.uint16(packed[byte + 1])
+            out[row, column] = levels[(pair >> (6 - bit % 8)) & 1023]
