@@ -1,0 +1,129 @@
+"""How the cavity closes: the first neck to reach zero, and whether at depth, at the sphere or under the surface."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.cavity.neck import NeckTrack
+from wentry_cli.cavity.pinch_off import ClosureFit, fit_closure
+
+Floats = NDArray[np.float64]
+
+CLOSEST_RADIUS_PX = 1.5  # blur hides a gap of three pixels
+AT_SPHERE = 0.2  # in radii of the sphere: a neck so close above its top closes on it
+DETACHED_FRAMES = 3
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What the closure is judged against, per frame of the clip: arrays of shape (n,), pixels, NaN where not seen.
+
+    ``time_s`` are mid-exposure times; ``sphere_top_px`` the row of the sphere's highest point; ``cavity_top_px`` the
+    highest row at which the cavity was seen, ``surface_px`` the row of the free surface.
+    """
+
+    time_s: Floats
+    sphere_top_px: Floats
+    cavity_top_px: Floats
+    surface_px: float
+    radius_px: float
+    exposure_s: float
+
+
+@dataclass(frozen=True)
+class Seal:
+    """The first closure: ``value`` is deep_seal, sphere_seal or surface_seal, empty where ``status`` is not ``ok``."""
+
+    t_s: float
+    t_unc_s: float
+    y_px: float
+    y_unc_px: float
+    value: str
+    status: str
+    fit: ClosureFit | None = None
+
+
+def find_seal(tracks: Sequence[NeckTrack], scene: Scene) -> Seal:
+    """Find the first closure of the cavity and its kind.
+
+    The neck that reaches zero first is the pinch-off; it is a ``sphere_seal`` where it closes on the top of the sphere
+    (the contact line has run up), else a ``deep_seal``. A cavity that has left the surface before is a
+    ``surface_seal``. Without a closing neck the status is ``clip_ended`` where one still narrows in the last frames,
+    else ``no_neck``.
+    """
+    fits = [_close(track, scene) for track in tracks]
+    closed = [(fit.t_s, i) for i, fit in enumerate(fits) if fit.status == "ok"]
+    detached = _detachment(scene)
+    if closed and not detached[0] < min(closed)[0]:
+        best = min(closed)[1]
+        return _at_depth(tracks[best], fits[best], scene)
+    if np.isfinite(detached[0]):
+        return Seal(detached[0], detached[1], scene.surface_px, 0.1 * scene.radius_px, "surface_seal", "ok")
+    return _not_seen(tracks, fits, scene)
+
+
+def _close(track: NeckTrack, scene: Scene) -> ClosureFit:
+    """Fit the closure of one neck; one that has not narrowed to half its width is not about to close."""
+    time = scene.time_s[track.frame]
+    radius_unc = max(float(np.median(track.radius_unc_px[-30:])), 0.02)
+    return fit_closure(
+        time,
+        track.radius_px,
+        radius_unc,
+        exposure_s=scene.exposure_s,
+        min_radius=CLOSEST_RADIUS_PX,
+        last_time_s=float(np.nanmax(scene.time_s)),
+    )
+
+
+def _at_depth(track: NeckTrack, fit: ClosureFit, scene: Scene) -> Seal:
+    y_px, y_unc_px = _row_at(track, fit.t_s, scene.time_s)
+    top = _interpolate(fit.t_s, scene.time_s, scene.sphere_top_px)
+    at_sphere = np.isfinite(top) and y_px > top - AT_SPHERE * scene.radius_px
+    return Seal(fit.t_s, fit.t_unc_s, y_px, y_unc_px, "sphere_seal" if at_sphere else "deep_seal", "ok", fit)
+
+
+def _row_at(track: NeckTrack, t_s: float, times: Floats) -> tuple[float, float]:
+    """Row of the neck when it closes: a straight line through its last twelve rows before, and its uncertainty."""
+    time = times[track.frame]
+    before = time < t_s
+    time, rows = time[before][-12:] - t_s, track.y_px[before][-12:]
+    if rows.size < 4:
+        return float(rows[-1]) if rows.size else float("nan"), float("nan")
+    design = np.stack([np.ones_like(time), time], axis=1)
+    solution, *_ = np.linalg.lstsq(design, rows, rcond=None)
+    scatter = float(np.sqrt(np.sum((rows - design @ solution) ** 2) / (rows.size - 2)))
+    covariance = np.linalg.pinv(design.T @ design) * scatter**2
+    return float(solution[0]), float(np.hypot(np.sqrt(covariance[0, 0]), 0.5))
+
+
+def _interpolate(t_s: float, times: Floats, values: Floats) -> float:
+    seen = np.isfinite(times) & np.isfinite(values)
+    return float(np.interp(t_s, times[seen], values[seen])) if seen.any() else float("nan")
+
+
+def _detachment(scene: Scene) -> tuple[float, float]:
+    """Return when the cavity left the surface for good, and the uncertainty; NaN where it did not."""
+    gap = scene.cavity_top_px - scene.surface_px > max(0.35 * scene.radius_px, 20.0)
+    seen = np.flatnonzero(np.isfinite(scene.cavity_top_px))
+    away = gap[seen]
+    if away.size < DETACHED_FRAMES or not away[-DETACHED_FRAMES:].all() or away.all():
+        return float("nan"), float("nan")
+    first = int(np.flatnonzero(~away)[-1]) + 1
+    early, late = scene.time_s[seen[first - 1]], scene.time_s[seen[first]]
+    return float(0.5 * (early + late)), float(max(late - early, 1e-9))
+
+
+def _not_seen(tracks: Sequence[NeckTrack], fits: Sequence[ClosureFit], scene: Scene) -> Seal:
+    nan = float("nan")
+    last = scene.time_s.size - 1
+    open_at_end = any(
+        track.frame[-1] >= last - 3 and fit.status in {"clip_ended", "too_few"}
+        for track, fit in zip(tracks, fits, strict=True)
+    )
+    status = "clip_ended" if open_at_end else ("poor_fit" if any(f.status == "poor_fit" for f in fits) else "no_neck")
+    return Seal(nan, nan, nan, nan, "", status)
