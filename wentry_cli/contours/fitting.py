@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.contours.ellipse import PARAMETERS, EllipseShape, SilhouetteFit, bottom_gradient
+from wentry_cli.contours.refine import ARC, BLUR, GATED, RESIDUAL, refine_shape
 from wentry_cli.contours.scan import scan_shape
 from wentry_cli.imaging.patch import Patch
 
@@ -93,10 +94,16 @@ def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> Silhoue
     arc, gated = float(report[1]), float(report[2])
     if status := scan_status(report, request):
         return unmeasured(arc, gated, status)
+    quality = {"blur": math.nan, "arc": arc, "gated": gated, "residual": float(report[3])}
+    if request.level == "accurate":
+        settings = np.array([top, *request.motion_px, patch.ceiling, float(request.one_sided)])
+        scanned, report = refine_shape(values, vector, free, settings)
+        quality = {"blur": report[BLUR], "arc": report[ARC], "gated": report[GATED], "residual": report[RESIDUAL]}
+        if report[0]:
+            return unmeasured(arc, gated, "poor_fit")
     shape = EllipseShape(vector[0] + patch.x0, vector[1] + patch.y0, vector[2], vector[3], math.degrees(vector[4]))
     covariance = np.zeros((5, 5))
     covariance[np.ix_(free, free)] = scanned
-    quality = {"blur": math.nan, "arc": arc, "gated": gated, "residual": float(report[3])}
     return assemble_fit(shape, covariance, quality, fit_status(covariance, quality))
 
 

@@ -1,0 +1,222 @@
+"""What each sector says by itself, how far it is believed, and the global normal equations of all of them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.compiled import compiled
+from wentry_cli.contours.arc import KAPPA, NX, NY, J, X, Y
+from wentry_cli.contours.likelihood import (
+    CHI2,
+    COUNT,
+    DD,
+    DI,
+    DO,
+    GD,
+    GI,
+    GO,
+    GRADIENT,
+    II,
+    INSIDE,
+    INV_S,
+    IO,
+    IS,
+    KAPPA_S,
+    OFFSET,
+    OO,
+    OS,
+    OUTSIDE,
+    RATIO,
+)
+from wentry_cli.contours.normal_equations import median_of
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# Columns of the verdict on a sector: its own displacement of the edge and variance (px, px^2), its reduced chi
+# square, and its weight.
+MOVED, VARIANCE, QUALITY, WEIGHT, VERDICT = 0, 1, 2, 3, 4
+# Order of the nuisance parameters behind the free ones: levels, slope of the ground over a radius, ln s.
+LEVEL_IN, LEVEL_OUT, SLOPE_X, SLOPE_Y, LN_S, NUISANCES = 0, 1, 2, 3, 4, 5
+
+TOLERANCE_PX = 0.15
+HARD_GATE = 3.0
+LEAST_PIXELS = 12.0
+
+
+@compiled
+def set_state(state: Floats, rows: Floats, moved: Floats, nuisance: Floats, scene: Floats) -> None:
+    """Expected edge of every sector from the global parameters.
+
+    ``moved`` is the parameter step since the band was collected; ``scene`` holds the centre (x, y), the radius and
+    the motion during the exposure (x, y), px.
+    """
+    s2 = math.exp(2.0 * nuisance[LN_S])
+    for k in range(rows.shape[0]):
+        across = (scene[3] * rows[k, NX] + scene[4] * rows[k, NY]) ** 2 / 12.0
+        along = (scene[3] * rows[k, NY] - scene[4] * rows[k, NX]) ** 2 / 12.0
+        kappa = min(rows[k, KAPPA], 1.0)
+        tangential = s2 + along
+        normal = s2 + across + 0.5 * (kappa * tangential) ** 2
+        displacement = 0.0
+        for i in range(5):
+            displacement += rows[k, J + i] * moved[i]
+        state[k, OFFSET] = 0.5 * kappa * tangential - displacement
+        state[k, INV_S] = 1.0 / math.sqrt(normal)
+        # the changes of the shift and of ln(normal s) with ln s
+        state[k, KAPPA_S] = kappa * s2 * state[k, INV_S]
+        state[k, RATIO] = s2 / normal
+        state[k, INSIDE] = nuisance[LEVEL_IN]
+        x, y = (rows[k, X] - scene[0]) / scene[2], (rows[k, Y] - scene[1]) / scene[2]
+        state[k, OUTSIDE] = nuisance[LEVEL_OUT] + nuisance[SLOPE_X] * x + nuisance[SLOPE_Y] * y
+        slope = nuisance[SLOPE_X] * rows[k, NX] + nuisance[SLOPE_Y] * rows[k, NY]
+        state[k, GRADIENT] = slope / scene[2]
+
+
+@compiled
+def level_spread(sums: Floats, spread: Floats) -> None:
+    """Robust variance of the sectors' own grey levels (inside, outside) beyond their noise, into ``spread``."""
+    inside, outside = np.empty(sums.shape[0]), np.empty(sums.shape[0])
+    expected_in, expected_out = np.empty(sums.shape[0]), np.empty(sums.shape[0])
+    number = 0
+    for k in range(sums.shape[0]):
+        row = sums[k]
+        if row[COUNT] < LEAST_PIXELS or row[DD] <= 0.0:
+            continue
+        ii, oo = row[II] - row[DI] ** 2 / row[DD], row[OO] - row[DO] ** 2 / row[DD]
+        io = row[IO] - row[DI] * row[DO] / row[DD]
+        gi, go = row[GI] - row[DI] * row[GD] / row[DD], row[GO] - row[DO] * row[GD] / row[DD]
+        determinant = ii * oo - io * io
+        if determinant <= 1e-9 * row[II] * row[OO]:
+            continue
+        inside[number] = abs(oo * gi - io * go) / determinant
+        outside[number] = abs(ii * go - io * gi) / determinant
+        expected_in[number], expected_out[number] = oo / determinant, ii / determinant
+        number += 1
+    if number < 5:
+        return
+    for side in range(2):
+        found = median_of(inside if side == 0 else outside, number) * 1.4826
+        expected = median_of(expected_in if side == 0 else expected_out, number)
+        spread[side] = max(1e-6, found * found - 1.6 * expected)
+
+
+@compiled
+def marginalise(row: Floats, spread: Floats, local: Floats) -> float:
+    """Normal equations of a sector without its own levels, whose priors have the variances ``spread``.
+
+    ``local`` receives (DD, DI, II, DO, IO, OO, DS, IS, OS, SS, GD, GI, GO, GS) and the gain in chi square is
+    returned.
+    """
+    ii, oo, io = row[II] + 1.0 / spread[0], row[OO] + 1.0 / spread[1], row[IO]
+    determinant = ii * oo - io * io
+    a, b, c = oo / determinant, ii / determinant, -io / determinant
+    left = (row[DI], row[II], row[IO], row[IS], row[GI])
+    right = (row[DO], row[IO], row[OO], row[OS], row[GO])
+    index = 0
+    for i in range(4):
+        for j in range(i + 1):
+            product = a * left[i] * left[j] + b * right[i] * right[j]
+            product += c * (left[i] * right[j] + left[j] * right[i])
+            local[index] = row[index] - product
+            index += 1
+    for i in range(4):
+        product = a * left[i] * left[4] + b * right[i] * right[4]
+        product += c * (left[i] * right[4] + left[4] * right[i])
+        local[GD + i] = row[GD + i] - product
+    return float(a * left[4] * left[4] + b * right[4] * right[4] + 2.0 * c * left[4] * right[4])
+
+
+@compiled
+def judge(sums: Floats, spread: Floats, one_sided: bool, verdict: Floats) -> float:
+    """Fill ``verdict`` and return the robust scale of the sectors' displacements over their own uncertainties.
+
+    A sector is left out where z^2 = d^2 / (variance + TOLERANCE_PX^2) exceeds the gate, and loses weight where it
+    stands out from the others or its own pixels do not look like an edge.
+    """
+    number = 0
+    ratios, qualities = np.empty(sums.shape[0]), np.empty(sums.shape[0])
+    local = np.empty(14)
+    for k in range(sums.shape[0]):
+        verdict[k] = 0.0
+        verdict[k, MOVED] = math.nan
+        if sums[k, COUNT] < LEAST_PIXELS:
+            continue
+        gain = marginalise(sums[k], spread, local)
+        if local[DD] <= 1.0:
+            continue
+        verdict[k, MOVED] = local[GD] / local[DD]
+        verdict[k, VARIANCE] = 1.0 / local[DD]
+        chi2 = sums[k, CHI2] - gain - local[GD] ** 2 / local[DD]
+        verdict[k, QUALITY] = chi2 / (sums[k, COUNT] - 3.0)
+        ratios[number] = abs(verdict[k, MOVED]) * math.sqrt(local[DD])
+        qualities[number] = verdict[k, QUALITY]
+        number += 1
+    if number == 0:
+        return math.nan
+    scale = max(1.0, 1.4826 * median_of(ratios, number))
+    usual = median_of(qualities, number)
+    for k in range(sums.shape[0]):
+        moved = verdict[k, MOVED]
+        if math.isnan(moved):
+            continue
+        z = abs(moved) / math.sqrt(verdict[k, VARIANCE] + TOLERANCE_PX**2)
+        gate = HARD_GATE if not one_sided else (0.67 * HARD_GATE if moved > 0.0 else 1.33 * HARD_GATE)
+        if z > gate:
+            continue
+        weight = 1.0
+        stands_out = abs(moved) / math.sqrt(verdict[k, VARIANCE]) / scale
+        if stands_out > 3.0:
+            weight = max(0.0, (6.0 - stands_out) / 3.0)
+        excess = verdict[k, QUALITY] / max(usual, 1e-12)
+        if excess > 2.0:
+            weight *= (2.0 / excess) ** 2
+        verdict[k, WEIGHT] = weight
+    return scale
+
+
+@compiled
+def assemble(
+    sums: Floats, verdict: Floats, rows: Floats, free: Ints, scene: Floats, spread: Floats
+) -> tuple[Floats, Floats]:
+    """Weighted normal matrix and right-hand side over the free parameters and the nuisances."""
+    size = free.size
+    total = size + NUISANCES
+    normal, right = np.zeros((total, total)), np.zeros(total)
+    local = np.empty(14)
+    chain = np.zeros((4, total))
+    matrix = np.empty((4, 4))
+    for k in range(sums.shape[0]):
+        weight = verdict[k, WEIGHT]
+        if weight <= 0.0:
+            continue
+        marginalise(sums[k], spread, local)
+        index = 0
+        for i in range(4):
+            for j in range(i + 1):
+                matrix[i, j] = matrix[j, i] = local[index]
+                index += 1
+        for j in range(size):
+            chain[0, j] = rows[k, J + free[j]]
+        chain[1, size + LEVEL_IN] = 1.0
+        chain[2, size + LEVEL_OUT] = 1.0
+        chain[2, size + SLOPE_X] = (rows[k, X] - scene[0]) / scene[2]
+        chain[2, size + SLOPE_Y] = (rows[k, Y] - scene[1]) / scene[2]
+        chain[3, size + LN_S] = 1.0
+        for j in range(total):
+            for m in range(4):
+                if chain[m, j] == 0.0:
+                    continue
+                scaled = weight * chain[m, j]
+                right[j] += scaled * local[GD + m]
+                for n in range(4):
+                    product = scaled * matrix[m, n]
+                    for i in range(j + 1):
+                        normal[j, i] += product * chain[n, i]
+    for i in range(total):
+        for j in range(i):
+            normal[j, i] = normal[i, j]
+    return normal, right
