@@ -15,10 +15,15 @@ DIFFUSE = 1e3  # prior widths in standard errors of the polynomial that the reco
 
 @dataclass(frozen=True)
 class Ballistic:
-    """What is known of the acceleration before the first event, m/s²; NaN leaves it free."""
+    """What is known before and at the first event.
+
+    ``acceleration`` before it and its ``uncertainty``, m/s²; NaN leaves it free. ``position_jump`` is the standard
+    deviation, m, of a step of the measured position at the event (a scale that changes at the waterline).
+    """
 
     acceleration: float = float("nan")
     uncertainty: float = 0.0
+    position_jump: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -81,7 +86,7 @@ def prepare(
         np.zeros(order),
         covariance,
     )
-    return _with_nodes(record, frames, values, 1.0 / weights)
+    return _with_nodes(record, frames, values, 1.0 / weights, (ballistic.position_jump / noise) ** 2)
 
 
 def _centre(frames: Array, values: Array, weights: Array, case: tuple[int, int, float]) -> tuple[Array, Array]:
@@ -106,7 +111,7 @@ def _centre(frames: Array, values: Array, weights: Array, case: tuple[int, int, 
     return centre, covariance
 
 
-def _with_nodes(record: Record, frames: Array, values: Array, variance: Array) -> Record:
+def _with_nodes(record: Record, frames: Array, values: Array, variance: Array, step: float) -> Record:
     """Interleave frames and events by time, an event before the frame of the same instant."""
     inside = [(i, t) for i, t in enumerate(record.events) if t > frames[0]]
     rows = np.zeros((frames.size + len(inside), 4))
@@ -115,7 +120,7 @@ def _with_nodes(record: Record, frames: Array, values: Array, variance: Array) -
     rows[: frames.size, 2] = variance
     rows[: frames.size, 3] = -1.0
     for row, (i, t) in enumerate(inside, start=frames.size):
-        rows[row] = (t, 0.0, 0.0, i)
+        rows[row] = (t, 0.0, step if i == 0 else 0.0, i)
     rows = rows[np.lexsort((-rows[:, 3], rows[:, 0]))]
     return Record(**{**record.__dict__, "nodes": np.ascontiguousarray(rows)})
 

@@ -106,9 +106,10 @@ def density(law: Array, events: Array, strengths: Array, start: float, stop: flo
 
 
 @compiled
-def jump(P: Array, law: Array, strength: float) -> None:
-    """Widen ``P`` in place by a jump of the acceleration (and of the jerk, where the state has one)."""
+def jump(P: Array, law: Array, strength: float, shift: float) -> None:
+    """Widen ``P`` in place by a jump of the acceleration (and jerk), and of the position by the variance ``shift``."""
     m = P.shape[0]
+    P[0, 0] += shift
     if m > 2:
         P[2, 2] += (strength * law[3]) ** 2
     if m > 3:
@@ -121,7 +122,8 @@ def log_likelihood(
 ) -> tuple[float, float]:
     """Return (Σ log F, Σ v²/F) of the innovations v and their variances F.
 
-    ``nodes`` has the rows (time, value, variance, event): ``event`` is −1 at a frame, else the index of the event.
+    ``nodes`` has the rows (time, value, variance, event): ``event`` is −1 at a frame, else the index of the event,
+    whose ``variance`` is that of a jump of the position.
     """
     x = start_mean.copy()
     P = start_covariance.copy()
@@ -135,7 +137,7 @@ def log_likelihood(
         now = time
         event = int(nodes[k, 3])
         if event >= 0:
-            jump(P, law, strengths[event])
+            jump(P, law, strengths[event], nodes[k, 2])
         else:
             innovation, total = update(x, P, nodes[k, 1], nodes[k, 2])
             logs += math.log(total)
@@ -166,7 +168,7 @@ def filter_forward(
         now = time
         event = int(nodes[k, 3])
         if event >= 0:
-            jump(P, law, strengths[event])
+            jump(P, law, strengths[event], nodes[k, 2])
         else:
             column = P[:, 0].copy()
             innovation, total = update(x, P, nodes[k, 1], nodes[k, 2])
@@ -252,7 +254,9 @@ def evaluate(
         x = means[k].copy()
         P = covariances[k].copy()
         if here > nodes[k, 0]:
-            predict(x, P, here - nodes[k, 0], density(law, events, strengths, nodes[k, 0], here))
+            # the filter crossed this gap with one mean density: any other here would not match its gains
+            stop = nodes[k + 1, 0] if k < last else here
+            predict(x, P, here - nodes[k, 0], density(law, events, strengths, nodes[k, 0], stop))
         if k < last:
             r = vectors[k + 1].copy()
             N = matrices[k + 1].copy()

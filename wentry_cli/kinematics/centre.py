@@ -1,0 +1,31 @@
+"""The centre of mass of an ellipsoid of revolution from its lowest point and its stretch, as the paper."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def centre_height(
+    bottom_m: Array, bottom_unc_m: Array, stretch: Array, stretch_unc: Array, radius_m: float
+) -> tuple[Array, Array]:
+    """Return y_c = y_b + R/λ² and its standard uncertainty, m; NaN where y_b or λ is NaN.
+
+    The errors of y_b and λ are taken as independent: y_b comes from the bottom of the outline alone, λ from its width
+    or from another camera. δy_c = 2R/λ³ δλ is half a millimetre for 0.01 on a 51 mm sphere, so λ matters most.
+    """
+    height = bottom_m + radius_m / stretch**2
+    slope = 2.0 * radius_m / stretch**3
+    return height, np.hypot(bottom_unc_m, slope * stretch_unc)
+
+
+def early_shape_time(radius_m: float, stiffness_pa: float, density_kg_m3: float) -> float:
+    """Return R/√(G∞/ρ_s), s: until then the shape is a wave running up the sphere, not yet an ellipsoid."""
+    return float(radius_m / np.sqrt(stiffness_pa / density_kg_m3))
+
+
+def early_shape_time_from_period(period_s: float) -> float:
+    """Return the same time where G∞ is unknown, from the free period T = 1.4 D/√(G∞/ρ_s) of the paper's Fig. 4b."""
+    return period_s / (2.0 * 1.4)

@@ -1,0 +1,203 @@
+"""Peaks, valleys and periods of the stretch λ(t) of a sphere that rings after an impact.
+
+λ(t) is smoothed by the state-space spline (an event at impact), so that every extremum is a root of λ̇ with the
+uncertainty u(λ̇)/|λ̈| and every crossing a root of λ − mean with u(λ)/|λ̇|. The slowly varying mean is the line through
+the geometric means over whole cycles, peak to peak and valley to valley. For a free neo-Hookean sphere that mean is 1
+within .008 up to peaks of 1.5, so that the crossing lies within .3 % of a period of that of 1; the plain mean is 1.044
+there, the middle of the envelopes 1.11.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.kinematics.smoother import SmoothTrack, smooth_track
+
+Array = NDArray[np.float64]
+FINE = 8  # samples per frame in the search for roots
+SIGNIFICANT = 4.0
+NO_TIME = float("nan")
+
+
+@dataclass(frozen=True)
+class Extremum:
+    """A peak or valley: time after impact and stretch, each with its standard uncertainty."""
+
+    time_s: float
+    time_unc_s: float
+    stretch: float
+    stretch_unc: float
+    peak: bool
+
+
+@dataclass(frozen=True)
+class Period:
+    """Period N: from one upward crossing to the next (the first from impact), its peak, its valley.
+
+    ``status``: ok; no_unit_crossing where nothing crosses the mean and an end is midway between valley and next peak;
+    clip_ended where the record ends before the next crossing (``end_s`` is NaN).
+    """
+
+    number: int
+    start_s: float
+    end_s: float
+    end_unc_s: float
+    peak: Extremum
+    valley: Extremum | None
+    peak_to_peak_s: float
+    peak_to_peak_unc_s: float
+    status: str
+
+
+@dataclass(frozen=True)
+class Oscillation:
+    """Extrema in order of time, periods, and the smoothed stretch; ``status`` is ok or too_few."""
+
+    extrema: tuple[Extremum, ...]
+    periods: tuple[Period, ...]
+    track: SmoothTrack | None
+    status: str
+
+    @property
+    def peaks(self) -> tuple[Extremum, ...]:
+        """The peaks, λ_p1 first."""
+        return tuple(e for e in self.extrema if e.peak)
+
+    @property
+    def free_period_s(self) -> tuple[float, float]:
+        """The free period T, first to second peak, and its standard uncertainty; NaN where there is none."""
+        if not self.periods:
+            return NO_TIME, NO_TIME
+        return self.periods[0].peak_to_peak_s, self.periods[0].peak_to_peak_unc_s
+
+
+def find_oscillation(
+    times_s: Array, stretch: Array, stretch_unc: Array, *, minimum_swing: float = 0.004
+) -> Oscillation:
+    """Find the oscillation of ``stretch`` (n; NaN = missing) at times after impact (impact at 0), frames in order.
+
+    An extremum counts when it differs from its neighbours by four standard uncertainties of the difference and by
+    ``minimum_swing``. Fewer than six measured frames after impact, or no peak: status ``too_few``.
+    """
+    times, values = np.asarray(times_s, dtype=float), np.asarray(stretch, dtype=float)
+    after = (times > 0.0) & np.isfinite(values)
+    spread = np.broadcast_to(np.asarray(stretch_unc, dtype=float), times.shape)
+    track = smooth_track(times[after], values[after], spread[after], events_s=(0.0,))
+    if track.status != "ok":
+        return Oscillation((), (), None, "too_few")
+    extrema = _significant(_extrema(track), minimum_swing)
+    periods = _periods(track, extrema)
+    return Oscillation(extrema, periods, track, "ok" if periods else "too_few")
+
+
+def _fine_times(track: SmoothTrack) -> Array:
+    """Times FINE to a step between measured frames."""
+    t = track.frames.times_s
+    parts = [np.linspace(a, b, FINE, endpoint=False) for a, b in pairwise(t)]
+    return np.concatenate([*parts, t[-1:]])
+
+
+def _extrema(track: SmoothTrack) -> tuple[Extremum, ...]:
+    """Every root of λ̇ with its kind, by the secant through the bracketing samples and one Newton step."""
+    times = _fine_times(track)
+    rate = track.evaluate(times).velocity
+    found = []
+    for i in np.flatnonzero(rate[:-1] * rate[1:] < 0.0):
+        secant = times[i] - rate[i] * (times[i + 1] - times[i]) / (rate[i + 1] - rate[i])
+        there = track.evaluate(secant)
+        step = -there.velocity[0] / there.acceleration[0] if there.acceleration[0] else 0.0
+        time = float(np.clip(secant + step, times[i], times[i + 1]))
+        state = track.evaluate(time)
+        bend = abs(float(state.acceleration[0])) or np.inf
+        found.append(
+            Extremum(
+                time,
+                float(state.velocity_unc[0]) / bend,
+                float(state.position[0]),
+                float(state.position_unc[0]),
+                bool(rate[i] > 0.0),
+            )
+        )
+    return tuple(found)
+
+
+def _significant(extrema: tuple[Extremum, ...], minimum_swing: float) -> tuple[Extremum, ...]:
+    """Drop adjacent pairs that differ too little, the smallest difference first, then lone insignificant ends."""
+    kept = list(extrema)
+    while len(kept) > 1:
+        swings = np.array([_swing(a, b, minimum_swing) for a, b in pairwise(kept)])
+        worst = int(np.argmin(swings))
+        if swings[worst] >= 1.0:
+            break
+        # an end of the chain goes alone, or the alternation of peaks and valleys would break
+        if worst == len(kept) - 2:
+            del kept[-1]
+        elif worst == 0:
+            del kept[0]
+        else:
+            del kept[worst : worst + 2]
+    while kept and not kept[0].peak:
+        del kept[0]
+    return tuple(kept)
+
+
+def _swing(a: Extremum, b: Extremum, minimum_swing: float) -> float:
+    needed = max(minimum_swing, SIGNIFICANT * float(np.hypot(a.stretch_unc, b.stretch_unc)))
+    return abs(a.stretch - b.stretch) / needed
+
+
+def _periods(track: SmoothTrack, extrema: tuple[Extremum, ...]) -> tuple[Period, ...]:
+    peaks = [e for e in extrema if e.peak]
+    valleys = [e for e in extrema if not e.peak]
+    mean = _mean_line(track, extrema)
+    periods = []
+    start = 0.0
+    for i, peak in enumerate(peaks):
+        valley = valleys[i] if i < len(valleys) else None
+        following = peaks[i + 1] if i + 1 < len(peaks) else None
+        end, end_unc, status = _end(track, valley, following, mean)
+        between = following.time_s - peak.time_s if following else NO_TIME
+        between_unc = float(np.hypot(following.time_unc_s, peak.time_unc_s)) if following else NO_TIME
+        periods.append(Period(i + 1, start, end, end_unc, peak, valley, between, between_unc, status))
+        start = end
+    return tuple(periods)
+
+
+def _mean_line(track: SmoothTrack, extrema: tuple[Extremum, ...]) -> tuple[Array, Array]:
+    """Geometric mean of λ over each cycle between like extrema, at the middle of the cycle; 1 without a cycle."""
+    middles, means = [], []
+    for first, last in zip(extrema[:-2], extrema[2:], strict=True):
+        times = np.linspace(first.time_s, last.time_s, 65)
+        logs = np.log(np.maximum(track.evaluate(times).position, 0.05))
+        middles.append(0.5 * (first.time_s + last.time_s))
+        means.append(float(np.exp(np.trapezoid(logs, times) / (last.time_s - first.time_s))))
+    if not middles:
+        return np.array([0.0]), np.array([1.0])
+    return np.array(middles), np.array(means)
+
+
+def _end(
+    track: SmoothTrack, valley: Extremum | None, following: Extremum | None, mean: tuple[Array, Array]
+) -> tuple[float, float, str]:
+    """The upward crossing after ``valley``: its time, standard uncertainty and status."""
+    if valley is None:
+        return NO_TIME, NO_TIME, "clip_ended"
+    last = following.time_s if following else float(track.frames.times_s[-1])
+    times = np.linspace(valley.time_s, last, 129)
+    above = track.evaluate(times).position - np.interp(times, *mean)
+    rising = np.flatnonzero((above[:-1] < 0.0) & (above[1:] >= 0.0))
+    if rising.size:
+        i = int(rising[0])
+        time = float(times[i] - above[i] * (times[i + 1] - times[i]) / (above[i + 1] - above[i]))
+        state = track.evaluate(time)
+        # which mean is meant is uncertain itself: anywhere between 1 and the one used
+        spread = np.hypot(state.position_unc[0], (state.position[0] - 1.0) / np.sqrt(12.0))
+        return time, float(spread / abs(state.velocity[0])), "ok"
+    if following is None:
+        return NO_TIME, NO_TIME, "clip_ended"
+    middle = 0.5 * (valley.time_s + following.time_s)
+    return middle, (following.time_s - valley.time_s) / np.sqrt(12.0), "no_unit_crossing"

@@ -1,0 +1,1 @@
+"""Dimensionless numbers and regressions over a campaign; nothing is imported here."""
