@@ -1,0 +1,64 @@
+"""A wall without the bubbles and droplets that stick out of it, smoothed along the rows."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.compiled import compiled
+
+Floats = NDArray[np.float64]
+
+SMOOTHING_ROWS = 3
+BUMP_ROWS = 17  # what sticks out of a wall over fewer rows is a bubble or a droplet
+BUMP_PX = 2.0
+JUMP_PX = 3.0  # between two rows; a wall is not smoothed across it
+
+
+def smooth_wall(edge: Floats) -> tuple[Floats, float]:
+    """Return the edge (outward positive) without bumps, smoothed by local parabolas, and its scatter between rows."""
+    clean = edge.copy()
+    clean[_sticks_out(edge)] = np.nan
+    smooth = np.empty_like(clean)
+    _local_parabola(clean, SMOOTHING_ROWS, JUMP_PX, smooth)
+    rest = (clean - smooth)[np.isfinite(smooth)]
+    return smooth, float(1.4826 * np.median(np.abs(rest))) if rest.size else float("nan")
+
+
+def _sticks_out(edge: Floats) -> NDArray[np.bool_]:
+    filled = np.where(np.isfinite(edge), edge, -1e6)
+    kernel = np.ones((BUMP_ROWS, 1), np.uint8)
+    opened = cv2.morphologyEx(filled[:, None].astype(np.float32), cv2.MORPH_OPEN, kernel)[:, 0]
+    return np.asarray(filled - opened > BUMP_PX)
+
+
+@compiled
+def _local_parabola(edge: Floats, half: int, jump: float, smooth: Floats) -> None:
+    for row in range(edge.size):
+        smooth[row] = np.nan
+        if not np.isfinite(edge[row]):
+            continue
+        low = row
+        while low > max(row - half, 0) and abs(edge[low - 1] - edge[low]) <= jump:
+            low -= 1
+        high = row
+        while high < min(row + half, edge.size - 1) and abs(edge[high + 1] - edge[high]) <= jump:
+            high += 1
+        n, s1, s2, s3, s4, t0, t1, t2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for other in range(low, high + 1):
+            d = float(other - row)
+            n += 1.0
+            s1 += d
+            s2 += d * d
+            s3 += d * d * d
+            s4 += d * d * d * d
+            t0 += edge[other]
+            t1 += edge[other] * d
+            t2 += edge[other] * d * d
+        if n < 5.0:
+            smooth[row] = t0 / n if n < 3.0 else (t0 * s2 - t1 * s1) / (n * s2 - s1 * s1)
+            continue
+        determinant = n * (s2 * s4 - s3 * s3) - s1 * (s1 * s4 - s2 * s3) + s2 * (s1 * s3 - s2 * s2)
+        value = t0 * (s2 * s4 - s3 * s3) - s1 * (t1 * s4 - s3 * t2) + s2 * (t1 * s3 - s2 * t2)
+        smooth[row] = value / determinant
