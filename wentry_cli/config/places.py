@@ -11,7 +11,8 @@ import yaml
 
 from wentry_cli.errors import ConfigurationError
 
-MAX_BYTES = 1_000_000
+MAX_BYTES = 200_000
+MAX_DEPTH = 20
 KeyPath = tuple[str | int, ...]
 
 
@@ -69,7 +70,7 @@ def read_document(path: Path) -> Document:
     text = _read_text(path)
     loader = _Loader(text)
     try:
-        _refuse_aliases(path, text)
+        _refuse_traps(path, text)
         node = loader.get_single_node()
         if node is None:
             return Document({}, {(): Place(path, 1, 1)})
@@ -87,6 +88,11 @@ def read_document(path: Path) -> Document:
     return Document(data, places)
 
 
+def read_value(text: str) -> Any:
+    """A single YAML value, with the same numbers as in a file; raises ``yaml.YAMLError``."""
+    return yaml.load(text, Loader=_Loader)
+
+
 def _read_text(path: Path) -> str:
     try:
         if path.stat().st_size > MAX_BYTES:
@@ -98,12 +104,17 @@ def _read_text(path: Path) -> str:
         raise ConfigurationError(f"{path}: not UTF-8 text (byte {error.start}); save it as UTF-8") from error
 
 
-def _refuse_aliases(path: Path, text: str) -> None:
+def _refuse_traps(path: Path, text: str) -> None:
+    """Stop at the first alias or at a depth no configuration has, before anything is built."""
+    depth = 0
     for event in yaml.parse(text, Loader=yaml.SafeLoader):
+        mark = event.start_mark
+        where = f"{path}:{mark.line + 1}:{mark.column + 1}" if mark else str(path)
         if isinstance(event, yaml.AliasEvent):
-            mark = event.start_mark
-            where = f"{path}:{mark.line + 1}:{mark.column + 1}" if mark else str(path)
             raise ConfigurationError(f"{where}: error: aliases (*{event.anchor}) are not read; write the value out")
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if depth > MAX_DEPTH:
+            raise ConfigurationError(f"{where}: error: nested deeper than {MAX_DEPTH} levels; no key needs that")
 
 
 def _sentence(path: Path, error: yaml.YAMLError) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 import yaml
 
 from wentry_cli.config.campaign import Drop, find_drops, read_drop
-from wentry_cli.config.places import Document, Place
+from wentry_cli.config.places import Document, Place, read_value
 from wentry_cli.errors import CampaignError, ConfigurationError, InputError, WentryError
 from wentry_cli.pipeline import stages_of
 from wentry_cli.runner.campaign import Work, run_campaign, single_threaded
@@ -40,7 +40,7 @@ def overrides_document(settings: tuple[str, ...]) -> Document | None:
         if not separator or not key:
             raise ConfigurationError(f"--set {setting}: write key.path=value, for example analysis.tracking=fast")
         try:
-            value = yaml.safe_load(text)
+            value = read_value(text)
         except yaml.YAMLError as error:
             raise ConfigurationError(f"--set {setting}: the value is not valid YAML") from error
         parts = key.split(".")

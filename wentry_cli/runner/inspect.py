@@ -32,7 +32,7 @@ def _sentence(drop: Drop, view: str) -> str:
         recording.close()
     if info.fps is None:
         raise ConfigurationError(
-            f"{drop.folder / 'experiment.yaml'}: views.{view}.fps is needed: {info.path.name} does not say its frame rate"
+            f"{drop.folder / 'experiment.yaml'}: views.{view}.fps is needed: {info.path.name} does not tell it"
         )
     return (
         f"{info.format}, {info.frame_count} frames of {info.width} x {info.height}, {info.bit_depth} bit, "

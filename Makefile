@@ -1,0 +1,57 @@
+# On a fresh machine with Python 3.11 to 3.13 and make: `make all` and `make test`.
+PYTHON ?= python3
+VENV   ?= .venv
+ifeq ($(OS),Windows_NT)
+BIN := $(VENV)/Scripts
+else
+BIN := $(VENV)/bin
+endif
+JOBS ?= 2
+STAMP := $(VENV)/.installed
+
+.PHONY: help all demo paper test check accuracy bench tables clean
+.DEFAULT_GOAL := help
+
+help: ## list what can be made
+	@$(PYTHON) -c "import re; [print(f'{m[1]:10} {m[2]}') for m in re.finditer(r'^([a-z]+):.*?## (.*)', open('Makefile', encoding='utf-8').read(), re.M)]"
+
+$(STAMP): pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade pip
+	$(BIN)/python -m pip install --quiet --editable ".[dev]"
+	@$(PYTHON) -c "open('$(STAMP)', 'w').close()"
+
+all: demo ## environment, synthetic campaign, process, fit, report (at most 5 minutes)
+
+demo: $(STAMP) ## render configs/demo.yaml and analyse it: build/demo/results/report.html
+	$(BIN)/wentry render configs/demo.yaml -o build/demo/videos -j $(JOBS)
+	$(BIN)/wentry process build/demo/videos -o build/demo/results -j $(JOBS)
+	$(BIN)/wentry fit build/demo/results -j $(JOBS)
+	$(BIN)/wentry report build/demo/results
+	$(BIN)/wentry compare build/demo/results build/demo/videos
+
+paper: $(STAMP) ## the same with the paper's 24 drops, configs/paper.yaml
+	$(BIN)/wentry render configs/paper.yaml -o build/paper/videos -j $(JOBS)
+	$(BIN)/wentry run build/paper/videos -o build/paper/results -j $(JOBS)
+
+test: $(STAMP) ## the tests (under 5 minutes on 2 cores)
+	$(BIN)/python -m pytest
+
+check: $(STAMP) ## lint and types
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+
+accuracy: $(STAMP) ## slow accuracy sweeps, and docs/accuracy.md with them
+	$(BIN)/python -m pip install --quiet --editable ".[dev,peers]"
+	$(BIN)/python -m pytest -m slow
+	$(BIN)/wentry bench -o docs
+
+bench: $(STAMP) ## speed: frames per second, memory, start-up, beside decoding alone
+	$(BIN)/wentry bench --chapter throughput
+
+tables: $(STAMP) ## docs/tables.md from the schemas
+	$(BIN)/python docs/make_tables.py
+
+clean: ## remove what make made, the environment too
+	$(PYTHON) -c "import shutil; [shutil.rmtree(d, ignore_errors=True) for d in ('build', '$(VENV)', '.pytest_cache', '.mypy_cache', '.ruff_cache')]"

@@ -1,0 +1,30 @@
+"""Write docs/tables.md from the schemas; ``make tables`` runs it and a test checks that the page is current."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from wentry_cli.schemas import STATUS_WORDS, TABLES
+
+PAGE = Path(__file__).parent / "tables.md"
+
+
+def page() -> str:
+    """The page as markdown."""
+    parts = [
+        "# Tables",
+        "Made from `wentry_cli/columns.py` by `make tables`. One plain header row; an empty cell means not measured, "
+        "never 0; `frame` counts from 0 in the clip, gaps included; `_unc` is a standard uncertainty (k = 1); "
+        "times are of mid-exposure; heights are up positive, 0 at the undisturbed free surface.",
+        "",
+        "Status words: " + ", ".join(f"`{word}`" for word in STATUS_WORDS) + ".",
+    ]
+    for table in TABLES.values():
+        parts += ["", f"## {table.name}.csv", f"Stage `{table.stage}`, a row per {table.row}.", ""]
+        parts += ["| column | unit | type | meaning |", "|---|---|---|---|"]
+        parts += [f"| `{c.name}` | {c.unit} | {c.kind} | {c.meaning} |" for c in table.columns]
+    return "\n".join(parts) + "\n"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8", newline="\n")

@@ -1,0 +1,167 @@
+"""Configuration: every mistake a sentence with file, line and column; inheritance; safety."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from wentry_cli.config.campaign import Drop, find_drops, read_drop
+from wentry_cli.config.models import water_properties
+from wentry_cli.config.scaffold import write_scaffold
+from wentry_cli.errors import ConfigurationError, InputError
+from wentry_cli.runner.commands import overrides_document
+
+GOOD = """\
+kind: water_entry
+sphere: {diameter_m: 0.051, density_kg_m3: 1070, material: rigid}
+views:
+  side: {source: side, fps: 2000}
+"""
+
+
+def _write(folder: Path, text: str, name: str = "experiment.yaml") -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / name).write_text(text, encoding="utf-8")
+    return folder
+
+
+def _message(folder: Path, text: str) -> str:
+    with pytest.raises(ConfigurationError) as caught:
+        read_drop("drop", _write(folder, text))
+    return str(caught.value)
+
+
+def test_a_good_file_is_read(tmp_path: Path) -> None:
+    drop = read_drop("drop", _write(tmp_path, GOOD))
+    assert drop.experiment.sphere.rigid
+    assert drop.experiment.sides == ["side"]
+    assert drop.source_path("side") == tmp_path / "side"
+    assert Drop.from_record(drop.record()) == drop
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (("diameter_m", "diametre_m"), "2:10: error: sphere.diametre_m: unknown key; did you mean diameter_m?"),
+        (("0.051", "-0.051"), "2:10: error: sphere.diameter_m: must be greater than 0, not -0.051"),
+        (("0.051", "true"), "sphere.diameter_m: must be a number, not True"),
+        (("0.051", ".nan"), "sphere.diameter_m: must be"),
+        (("0.051", "51 mm"), "sphere.diameter_m: must be a number, not '51 mm'"),
+        (("fps: 2000", "fps: 0"), "4:24: error: views.side.fps: must be greater than 0, not 0"),
+        (("fps: 2000", "fps: fast"), "views.side.fps: must be a number or 'from_header', not 'fast'"),
+        (("fps: 2000", "frames: [9, 1]"), "the first frame 9 lies after the last 1"),
+        (("fps: 2000", "rotate: 45"), "views.side.rotate: must be one of 0, 90, 180 or 270, not 45"),
+        (("water_entry", "water_entery"), "1:1: error: kind: must be one of"),
+        (("rigid", "rigd"), "2:50: error: sphere.material: rigd does not stand in"),
+        (("side:", "sied:"), "views.sied: unknown key; did you mean side?"),
+        (("material: rigid", "mass_kg: 1.0"), "density_kg_m3 1070 and mass_kg 1 disagree"),
+    ],
+)
+def test_a_mistake_is_a_sentence_with_its_place(tmp_path: Path, change: tuple[str, str], expected: str) -> None:
+    message = _message(tmp_path, GOOD.replace(*change))
+    assert expected in message
+    assert str(tmp_path / "experiment.yaml") in message
+
+
+def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
+    message = _message(tmp_path, GOOD.replace("0.051", "-1").replace("2000", "0").replace("kind: water_entry\n", ""))
+    assert message.count("error:") == 3
+
+
+def test_the_campaign_is_inherited_and_overridden(tmp_path: Path) -> None:
+    _write(tmp_path, "gravity_m_s2: 9.79\nviews: {side: {fps: 1000, exposure_s: 1e-4}}\n", "campaign.yaml")
+    _write(tmp_path / "a", GOOD)
+    drop = read_drop("a", tmp_path / "a")
+    side = drop.view("side")
+    assert drop.experiment.gravity_m_s2 == 9.79
+    assert (side.fps, side.exposure_s) == (2000, 1e-4)
+
+
+def test_a_mistake_in_the_campaign_names_the_campaign(tmp_path: Path) -> None:
+    _write(tmp_path, "gravty_m_s2: 9.79\n", "campaign.yaml")
+    with pytest.raises(
+        ConfigurationError, match=r"campaign\.yaml:1:1: error: gravty_m_s2: unknown key; did you mean grav"
+    ):
+        read_drop("a", _write(tmp_path / "a", GOOD))
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("kind: [", "not valid YAML"),
+        ("- a\n- b\n", "must hold `key: value` lines"),
+        ("kind: water_entry\nkind: free_flight\n", "2:1: error: kind: stands twice"),
+        ("a: &x [1]\nb: *x\n", "aliases (*x) are not read"),
+        ("kind: !!python/object/apply:os.system [ls]\n", "not valid YAML"),
+        ("", "kind: is required"),
+        ("? [1, 2]\n: 3\n", "a key must be a plain word"),
+    ],
+)
+def test_hostile_and_broken_yaml(tmp_path: Path, text: str, expected: str) -> None:
+    assert expected in _message(tmp_path, text)
+
+
+def test_deep_nesting_and_great_size_are_refused(tmp_path: Path) -> None:
+    assert "error" in _message(tmp_path / "deep", "a: " + "[" * 20000)
+    assert "larger than" in _message(tmp_path / "large", "# " + "x" * 1_100_000)
+
+
+def test_not_text_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "experiment.yaml").write_bytes(b"\x80\x81")
+    with pytest.raises(ConfigurationError, match="not UTF-8"):
+        read_drop("drop", tmp_path)
+
+
+def test_own_materials_stand_beside_the_campaign(tmp_path: Path) -> None:
+    _write(tmp_path, "", "campaign.yaml")
+    _write(
+        tmp_path, "materials: {jelly: {g_inf_pa: 900, g_t_pa: 900, n: -0.5, eps0_dot_1_s: 0.01}}\n", "materials.yaml"
+    )
+    drop = read_drop("a", _write(tmp_path / "a", GOOD.replace("rigid", "jelly")))
+    assert drop.material is not None
+    assert drop.material.g_inf_pa == 900
+
+
+def test_drops_are_found_at_any_depth(tmp_path: Path) -> None:
+    for name in ("b/2", "b/10", "a"):
+        _write(tmp_path / name, GOOD)
+    _write(tmp_path / "a" / "side", GOOD)  # a drop does not hold drops
+    assert list(find_drops(tmp_path)) == ["a", "b__10", "b__2"]
+    assert list(find_drops(tmp_path / "a")) == ["a"]
+
+
+def test_no_drop_and_no_folder(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no such folder"):
+        find_drops(tmp_path / "nowhere")
+    with pytest.raises(InputError, match=r"holds no experiment\.yaml; `wentry init"):
+        find_drops(tmp_path)
+
+
+def test_set_overrides_and_is_located(tmp_path: Path) -> None:
+    _write(tmp_path, GOOD)
+    drop = read_drop("drop", tmp_path, overrides_document(("analysis.tracking=fast", "views.side.fps=1e3")))
+    assert drop.experiment.analysis.tracking == "fast"
+    assert drop.view("side").fps == 1000
+    with pytest.raises(ConfigurationError, match=r"--set analysis\.trucking.*did you mean tracking"):
+        read_drop("drop", tmp_path, overrides_document(("analysis.trucking=fast",)))
+    with pytest.raises(ConfigurationError, match=r"write key\.path=value"):
+        overrides_document(("tracking",))
+
+
+def test_water_at_twenty_degrees() -> None:
+    water = water_properties(20.0)
+    assert water["density_kg_m3"] == pytest.approx(998.204, abs=0.02)
+    assert water["viscosity_pa_s"] == pytest.approx(1.0016e-3, rel=0.01)
+    assert water["surface_tension_n_m"] == pytest.approx(0.07275, abs=1e-4)
+
+
+def test_the_scaffold_is_valid_and_never_overwrites(tmp_path: Path) -> None:
+    (tmp_path / "run_top.cihx").touch()
+    (tmp_path / "run_side.cine").touch()
+    write_scaffold(tmp_path)
+    drop = read_drop("drop", tmp_path)
+    assert drop.view("side").source == "run_side.cine"
+    assert drop.view("top").source == "run_top.cihx"
+    with pytest.raises(InputError, match="stands already"):
+        write_scaffold(tmp_path)

@@ -1,0 +1,41 @@
+"""``wentry bench``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from wentry_cli.cli import options as opt
+
+CHAPTERS = ("contours", "smoothers", "solvers", "throughput")
+
+
+@click.command(name="bench")
+@click.option("--chapter", "chapters", multiple=True, type=click.Choice(CHAPTERS), help="This chapter only.")
+@click.option("--quick", is_flag=True, help="Few items a case: a look, not a measurement.")
+@click.option("--seed", default=20170412, show_default=True, help="Seed of the test cases.")
+@click.option("-o", "--output", type=opt.FOLDER, help="Write accuracy.md and its figures into this folder.")
+@opt.as_json
+def command(chapters: tuple[str, ...], quick: bool, seed: int, output: Path | None, as_json: bool) -> None:
+    """Measure speed against error: outlines, smoothers, solvers and whole recordings, beside other methods."""
+    import importlib
+    from dataclasses import asdict
+
+    from wentry_cli.bench.row import BenchRow
+    from wentry_cli.bench.table import HEAD, RULE, write_page, write_rows
+    from wentry_cli.cli.console import show_json
+    from wentry_cli.runner.campaign import single_threaded
+
+    single_threaded()
+    rows: list[BenchRow] = []
+    for chapter in chapters or CHAPTERS:
+        click.echo(f"{chapter} …", err=True)
+        rows += importlib.import_module(f"wentry_cli.bench.{chapter}").run(quick, seed)
+    if as_json:
+        show_json([asdict(row) for row in rows])
+    else:
+        click.echo("\n".join([HEAD, RULE, *write_rows(rows)]))
+    if output is not None:
+        words = ["wentry bench", *(f"--chapter {name}" for name in chapters), *(["--quick"] if quick else [])]
+        click.echo(str(write_page(rows, output, " ".join([*words, f"--seed {seed}"]))), err=True)

@@ -1,0 +1,1 @@
+"""Results against a truth: a rendered one or a hand-tracked table."""

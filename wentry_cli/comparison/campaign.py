@@ -1,0 +1,148 @@
+"""Compare the tables of a campaign with its truth folder, or with a hand-tracked table of one drop."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from wentry_cli.comparison.statistics import ErrorStatistics, error_statistics
+from wentry_cli.config.places import read_document
+from wentry_cli.errors import InputError
+from wentry_cli.schemas import TABLES
+from wentry_cli.tables import has_table, read_table
+
+# table, column of the table, column of the truth
+SERIES = (
+    ("side", "stretch", "stretch"),
+    ("side", "y_b_m", "y_b_m"),
+    ("side", "separation_y_m", "separation_y_m"),
+    ("stretch", "stretch", "stretch"),
+    ("kinematics", "y_c_m", "y_c_m"),
+    ("kinematics", "v_c_m_s", "v_c_m_s"),
+    ("kinematics", "a_c_m_s2", "a_c_m_s2"),
+    ("kinematics_model", "v_c_m_s", "v_c_m_s"),
+)
+# key of truth.yaml, table, column
+NUMBERS = (
+    ("u0_m_s", "summary", "impact_speed_m_s"),
+    ("t_p_s", "summary", "t_p_s"),
+    ("y_p_m", "summary", "y_p_m"),
+    ("delta_u_over_u0", "summary", "delta_u_over_u0"),
+    ("impact_time_s", "geometry", "impact_time_s"),
+    ("scale_px_per_m", "geometry", "scale_px_per_m"),
+    ("surface_y_px", "geometry", "surface_y_px"),
+)
+WORDS = (("seal_type", "seal_type"), ("pinch_off_cavity", "pinch_off_cavity"))
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One line of the comparison; a single number has ``measurable`` 1."""
+
+    drop: str
+    table: str
+    quantity: str
+    unit: str
+    errors: ErrorStatistics
+    note: str = ""
+
+    def row(self) -> dict[str, Any]:
+        """Plain data for a table or JSON."""
+        head = {"drop": self.drop, "table": self.table, "quantity": self.quantity, "unit": self.unit}
+        return {**head, **asdict(self.errors), "note": self.note}
+
+
+def compare(results: Path, truth: Path) -> list[Comparison]:
+    """Compare every drop of ``results`` that has a truth.
+
+    ``truth`` is a folder as ``wentry render`` writes it (drops with ``truth/``), or one CSV with ``frame`` or ``t_s``
+    and columns of side.csv or kinematics.csv, for results of a single drop. Raises ``InputError`` where nothing can be
+    compared.
+    """
+    drops = sorted(path.parent for path in results.glob("*/drop.json"))
+    if truth.is_file():
+        if len(drops) != 1:
+            raise InputError(f"{truth}: a hand-tracked table serves one drop, but {results} holds {len(drops)}")
+        found = list(_against_table(drops[0], _read_csv(truth)))
+    else:
+        found = [line for folder in drops for line in _against_truth(folder, _truth_folder(truth, folder.name))]
+    if not found:
+        raise InputError(
+            f"{truth}: holds no truth for the drops of {results}; give the folder that `wentry render` wrote"
+        )
+    return found
+
+
+def _truth_folder(truth: Path, drop: str) -> Path:
+    below = truth / Path(*drop.split("__")) / "truth"
+    return below if below.is_dir() else truth / "truth"
+
+
+def _against_truth(folder: Path, truth: Path) -> Iterator[Comparison]:
+    table = truth / "truth.csv"
+    if not table.is_file():
+        return
+    frame = _read_csv(table)
+    if "measurable" in frame:
+        hidden = ~frame["measurable"].astype(str).str.lower().isin(["true", "1", "1.0"])
+        frame.loc[hidden, [name for name in frame if name not in ("frame", "time_s", "t_s")]] = np.nan
+    yield from _against_table(folder, frame)
+    yield from _numbers(folder, read_document(truth / "truth.yaml").data)
+
+
+def _against_table(folder: Path, truth: pd.DataFrame) -> Iterator[Comparison]:
+    for table, column, truth_column in SERIES:
+        if truth_column not in truth or not has_table(folder, table):
+            continue
+        measured = read_table(folder, table).merge(
+            truth[["frame", truth_column]], on="frame", how="right", suffixes=("", "_truth")
+        )
+        name = f"{truth_column}_truth" if f"{truth_column}_truth" in measured else truth_column
+        uncertainty = measured[f"{column}_unc"].to_numpy(float) if f"{column}_unc" in measured else None
+        ok = (measured["status"] == "ok").fillna(False).to_numpy(bool) if "status" in measured else None
+        errors = error_statistics(measured[column].to_numpy(float), measured[name].to_numpy(float), uncertainty, ok)
+        if errors.measurable:
+            yield Comparison(folder.name, table, column, _unit(table, column), errors)
+
+
+def _numbers(folder: Path, truth: dict[str, Any]) -> Iterator[Comparison]:
+    for key, table, column in NUMBERS:
+        wanted = truth.get(key)
+        if not isinstance(wanted, int | float) or not has_table(folder, table):
+            continue
+        row = read_table(folder, table).iloc[0]
+        stated = np.array([row[f"{column}_unc"]], float) if f"{column}_unc" in row.index else None
+        errors = error_statistics(np.array([row[column]], float), np.array([wanted], float), stated)
+        yield Comparison(folder.name, table, column, _unit(table, column), errors)
+    if not has_table(folder, "summary"):
+        return
+    row = read_table(folder, "summary").iloc[0]
+    for key, column in WORDS:
+        if key in truth:
+            measured, wanted = _word(row[column]), _word(truth[key])
+            hit = measured == wanted
+            errors = error_statistics(np.array([1.0 if hit else 0.0]), np.array([1.0]))
+            yield Comparison(folder.name, "summary", column, "–", errors, f"{measured or '–'}; truth {wanted or '–'}")
+
+
+def _word(value: Any) -> str:
+    return "" if value is None or pd.isna(value) else str(value)
+
+
+def _unit(table: str, column: str) -> str:
+    return next(item.unit for item in TABLES[table].columns if item.name == column)
+
+
+def _read_csv(path: Path) -> pd.DataFrame:
+    try:
+        frame = pd.read_csv(path)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: not a readable CSV table ({error})") from error
+    if "frame" not in frame:
+        raise InputError(f"{path}: needs a column `frame` (from 0) beside the columns to compare, such as y_b_m")
+    return frame
