@@ -31,15 +31,12 @@ def semi_axes(shape: Floats) -> tuple[float, float]:
 def quadrant_table(a: float, b: float, step_px: float, step_angle: float) -> tuple[int, Floats]:
     """Sectors in a quadrant and, on a grid of the pseudo-angle q = sin/(sin + cos), the running sector number."""
     table = np.zeros(QUADRANT_NODES + 1)
-    phi = 0.0
-    for node in range(1, QUADRANT_NODES + 1):
-        q = node / QUADRANT_NODES
-        next_phi = math.atan2(q, 1.0 - q)
-        sine, cosine = math.sin(0.5 * (phi + next_phi)), math.cos(0.5 * (phi + next_phi))
-        speed2 = (a * sine) ** 2 + (b * cosine) ** 2
-        density = math.sqrt(speed2) / step_px + a * b / speed2 / step_angle
-        table[node] = table[node - 1] + density * (next_phi - phi)
-        phi = next_phi
+    for node in range(QUADRANT_NODES):
+        q = (node + 0.5) / QUADRANT_NODES
+        square = q * q + (1.0 - q) * (1.0 - q)
+        speed2 = (a * a * q * q + b * b * (1.0 - q) * (1.0 - q)) / square
+        density = math.sqrt(speed2) / step_px + a * b / (speed2 * step_angle)
+        table[node + 1] = table[node] + density / (square * QUADRANT_NODES)
     count = max(4, math.ceil(table[QUADRANT_NODES]))
     table *= count / table[QUADRANT_NODES]
     return count, table

@@ -89,7 +89,8 @@ def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> Silhoue
     vector = guess.vector() - np.array([patch.x0, patch.y0, 0.0, 0.0, 0.0])
     free = np.array([PARAMETERS.index(name) for name in request.free])
     top = request.top_y_px - patch.y0
-    search = np.array([SEARCH_PX, float(request.one_sided), RAYS, SCAN_VARIANCE])
+    scans = 3.0 if request.level == "fast" else 2.0
+    search = np.array([SEARCH_PX, float(request.one_sided), RAYS, SCAN_VARIANCE, scans])
     scanned, report = scan_shape(values, vector, free, top, search, patch.noise_floor)
     arc, gated = float(report[1]), float(report[2])
     if status := scan_status(report, request):

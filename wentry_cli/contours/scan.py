@@ -220,8 +220,9 @@ def scan_shape(
 ) -> tuple[Floats, Floats]:
     """Find the ellipse from a guess, which is moved in place (patch pixels, tilt in radians).
 
-    ``search`` holds the half-length of the first scan (px), 1 where outliers lie outside only, and the number of
-    rays, and the variance of the blur along the edge (px^2). Returns the covariance of the free parameters and
+    ``search`` holds the half-length of the first scan (px), 1 where outliers lie outside only, the number of
+    rays of the last scan, the variance of the blur along the edge (px^2) and the number of scans (2 or 3, the third
+    is fine). Returns the covariance of the free parameters and
     (status, share of the perimeter that is visible, share of rays left out, scale of the residual in px, contrast,
     share below the top row); status 0 is good, 1 no edge, 2 no consensus.
     """
@@ -232,9 +233,9 @@ def scan_shape(
     settings = np.empty(3)
     halves = (search[0], 6.0, 4.0)
     report[0] = 1.0
-    for turn in range(3):
+    for turn in range(int(search[4])):
         fine = turn == 2
-        wanted = int(search[2]) if fine else 56
+        wanted = int(search[2]) if fine else 48
         rays, report[5], report[1] = visible_rays(shape, top_y, wanted, values.shape)
         if rays.shape[0] < size + 4:
             return covariance, report

@@ -30,6 +30,42 @@ def bilinear(values: NDArray[np.float32], column: float, row: float) -> float:
 
 
 @compiled
+def ray_is_inside(shape: tuple[int, int], ray: Floats, reach: float, aside: float) -> bool:
+    """Whether both ends of a ray of lines keep clear of the border of an image of ``shape``."""
+    for end in (-1.0, 1.0):
+        column, row = ray[0] + end * reach * ray[2], ray[1] + end * reach * ray[3]
+        if not (aside <= column < shape[1] - 1.0 - aside and aside <= row < shape[0] - 1.0 - aside):
+            return False
+    return True
+
+
+@compiled
+def sum_lines(
+    values: NDArray[np.float32], ray: Floats, reach: float, step: float, lines: int, profile: Floats
+) -> float:
+    """Fill ``profile`` with sums over parallel lines that lie inside the image; the total is NaN if any is."""
+    overall = 0.0
+    profile[:] = 0.0
+    for line in range(lines):
+        aside = line - 0.5 * (lines - 1)
+        column = ray[0] - reach * ray[2] - aside * ray[3]
+        row = ray[1] - reach * ray[3] + aside * ray[2]
+        right, down = step * ray[2], step * ray[3]
+        for n in range(profile.size):
+            x, y = column + n * right, row + n * down
+            i, j = np.uint32(y), np.uint32(x)
+            fy, fx = np.float32(y - i), np.float32(x - j)
+            upper = values[i, j] + fx * (values[i, j + np.uint32(1)] - values[i, j])
+            below = i + np.uint32(1)
+            lower = values[below, j] + fx * (values[below, j + np.uint32(1)] - values[below, j])
+            profile[n] += upper + fy * (lower - upper)
+    for n in range(profile.size):
+        overall += profile[n]
+        profile[n] /= lines
+    return overall
+
+
+@compiled
 def sample_ray(
     values: NDArray[np.float32], ray: Floats, reach: float, step: float, lines: int, profile: Floats
 ) -> tuple[int, int]:
@@ -38,6 +74,11 @@ def sample_ray(
     Masked samples take the nearest valid value on the inner side (or the first valid one). Returns the first and
     last valid index, (0, -1) where there is none.
     """
+    longest = max(reach, step * (profile.size - 1) - reach)
+    if ray_is_inside(values.shape, ray, longest, 0.5 * lines) and not math.isnan(
+        sum_lines(values, ray, reach, step, lines, profile)
+    ):
+        return 0, profile.size - 1
     first, last, held = -1, -1, math.nan
     for n in range(profile.size):
         along = n * step - reach
