@@ -223,8 +223,8 @@ def integrate(
 
     ``limits`` holds tolerance, longest step, most steps and the number of peaks after which to stop (0: never).
     ``output`` is (samples, sampled, events): the times, the state at each, and a row (time, kind, λ, dλ/dt*, x) per
-    event; ``counts`` receives the numbers at FOUND, PEAKS, WRITTEN, ACCEPTED, REJECTED. Returns the status (DONE or what stopped it), the
-    time reached and the largest error of the energy balance.
+    event; ``counts`` receives the numbers at FOUND, PEAKS, WRITTEN, ACCEPTED, REJECTED. Returns the status (DONE or
+    what stopped it), the time reached and the largest error of the energy balance.
     """
     y = initial.copy()
     slopes = np.empty((STAGES_DENSE, y.size))

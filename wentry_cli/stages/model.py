@@ -1,0 +1,232 @@
+"""Stage ``model``: the viscoelastic oscillation from λ_p1, scaled in time, and the motion that it implies.
+
+Reads stretch, periods and kinematics; writes model.csv, model_fit.csv and, for an entry into water,
+kinematics_model.csv: the paper's own route, y_c from the time-scaled model stretch.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.config import campaign
+from wentry_cli.errors import ConfigurationError
+from wentry_cli.kinematics.centre import centre_height, early_shape_time
+from wentry_cli.kinematics.smoother import smooth_track
+from wentry_cli.kinematics.state_pass import Ballistic
+from wentry_cli.mechanics.bergstrom_boyce import Material
+from wentry_cli.mechanics.solver import solve_oscillation
+from wentry_cli.mechanics.time_scaling import Measured, TimeScaling, fit_time_scale
+from wentry_cli.tables import has_table, new_table, read_table, write_table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FloatArray = NDArray[np.float64]
+ROWS_PER_PERIOD = 200
+LEAST_PERIODS = 5.0
+MOST_ROWS = 20_000
+COPIED = ("frame", "t_s", "x_c_m", "y_b_m", "y_b_m_unc", "v_b_m_s", "v_b_m_s_unc")
+
+
+def run(folder: Path, drop: campaign.Drop) -> None:
+    """Write the model tables of one deformable drop into ``folder``; nothing where the material is not known.
+
+    Raises ``ConfigurationError`` where the density is missing or the material cannot be integrated, ``InputError``
+    where a table is missing.
+    """
+    if drop.material is None:
+        return
+    material = sphere_material(drop)
+    stretch, periods = read_table(folder, "stretch"), read_table(folder, "periods")
+    fit = _fit(material, stretch, periods)
+    first = _first_peak(periods)
+    write_table(folder, "model_fit", _fit_table(fit, first, material, stretch))
+    write_table(folder, "model", _model_table(fit, first, material, stretch))
+    if drop.experiment.kind == "water_entry" and has_table(folder, "kinematics"):
+        kinematics = read_table(folder, "kinematics")
+        write_table(folder, "kinematics_model", _kinematics_table(drop, (fit, first), kinematics, stretch))
+
+
+def sphere_material(drop: campaign.Drop) -> Material:
+    """The material of a drop as the solver wants it, with the sphere's own radius and density.
+
+    Raises ``ConfigurationError`` where there is no material or no density.
+    """
+    sphere, known = drop.experiment.sphere, drop.material
+    if known is None:
+        raise ConfigurationError(f"{drop.folder / 'experiment.yaml'}: sphere.material is not known; name one")
+    density = sphere.density if sphere.density is not None else known.density_kg_m3
+    if density is None:
+        raise ConfigurationError(
+            f"{drop.folder / 'experiment.yaml'}: sphere.density_kg_m3 is missing, which the model needs; "
+            "add it, or mass_kg"
+        )
+    return Material(
+        radius_m=sphere.radius_m,
+        density_kg_m3=density,
+        g_inf_pa=known.g_inf_pa,
+        g_t_pa=known.g_t_pa,
+        xi=known.xi,
+        tau0_pa=known.tau0_pa,
+        m=known.m,
+        n=known.n,
+        eps0_dot_1_s=known.eps0_dot_1_s,
+    )
+
+
+class _FirstPeak:
+    """Time and stretch of the first peak, and the time to the second, from periods.csv; NaN where not measured."""
+
+    def __init__(self, row: dict[str, float]) -> None:
+        self.time_s = row.get("t_peak_s", math.nan)
+        self.stretch = Measured(row.get("stretch_peak", math.nan), row.get("stretch_peak_unc", math.nan))
+        self.period = Measured(row.get("peak_to_peak_s", math.nan), row.get("peak_to_peak_s_unc", math.nan))
+
+    @property
+    def found(self) -> bool:
+        return math.isfinite(self.time_s) and math.isfinite(self.stretch.value) and self.stretch.value > 1.0
+
+
+def _first_peak(periods: pd.DataFrame) -> _FirstPeak:
+    rows = periods[periods["period"] == 1]
+    if not len(rows):
+        return _FirstPeak({})
+    names = ("t_peak_s", "stretch_peak", "stretch_peak_unc", "peak_to_peak_s", "peak_to_peak_s_unc")
+    return _FirstPeak({name: float(rows[name].iloc[0]) for name in names})
+
+
+def _fit(material: Material, stretch: pd.DataFrame, periods: pd.DataFrame) -> TimeScaling:
+    first = _first_peak(periods)
+    if not first.found:
+        nan = math.nan
+        return TimeScaling(nan, nan, nan, nan, nan, nan, nan, 0, "too_few")
+    times = stretch["t_s"].to_numpy() - first.time_s
+    after = times >= 0.0
+    if not after.any():
+        times, after = np.array([0.0]), np.array([True])
+    return fit_time_scale(
+        material,
+        first.stretch,
+        times[after],
+        stretch["stretch"].to_numpy()[after],
+        np.nan_to_num(stretch["stretch_unc"].to_numpy()[after], nan=1.0),
+        period=first.period,
+    )
+
+
+def _fit_table(fit: TimeScaling, first: _FirstPeak, material: Material, stretch: pd.DataFrame) -> pd.DataFrame:
+    return new_table(
+        "model_fit",
+        {
+            "period_exp_s": [fit.period_exp_s],
+            "period_model_s": [fit.period_model_s],
+            "time_ratio": [fit.ratio],
+            "time_ratio_unc": [fit.ratio_unc],
+            "stretch_0": [first.stretch.value if first.found else math.nan],
+            "residual_rms": [_misfit(fit, first, material, stretch)],
+            "eps0_dot_1_s": [material.eps0_dot_1_s],
+            "n": [material.n],
+            "status": [fit.status],
+        },
+    )
+
+
+def _scaled_stretch(fit: TimeScaling, first: _FirstPeak, material: Material, times_s: FloatArray) -> FloatArray:
+    """λ of the time-scaled model at ``times_s`` (rising, after impact), NaN before the first peak."""
+    own = (times_s - first.time_s) / fit.ratio
+    values = np.full(times_s.shape, np.nan)
+    after = own >= 0.0
+    if math.isfinite(fit.ratio) and after.any():
+        values[after] = solve_oscillation(material, first.stretch.value, own[after]).stretch
+    return values
+
+
+def _misfit(fit: TimeScaling, first: _FirstPeak, material: Material, stretch: pd.DataFrame) -> float:
+    """Rms of measured minus time-scaled model λ over all frames after the first peak, valleys included."""
+    residual = stretch["stretch"].to_numpy() - _scaled_stretch(fit, first, material, stretch["t_s"].to_numpy())
+    seen = np.isfinite(residual)
+    return float(np.sqrt(np.mean(residual[seen] ** 2))) if seen.any() else math.nan
+
+
+def _model_table(fit: TimeScaling, first: _FirstPeak, material: Material, stretch: pd.DataFrame) -> pd.DataFrame:
+    if not first.found or not math.isfinite(fit.period_model_s):
+        return new_table("model", {})
+    reach = float(stretch["t_s"].max()) - first.time_s
+    ratio = fit.ratio if math.isfinite(fit.ratio) else 1.0
+    duration = max(reach / ratio, LEAST_PERIODS * fit.period_model_s)
+    count = min(math.ceil(duration / fit.period_model_s * ROWS_PER_PERIOD) + 1, MOST_ROWS)
+    times = np.linspace(0.0, duration, count)
+    model = solve_oscillation(material, first.stretch.value, times)
+    return new_table(
+        "model",
+        {
+            "t_s": times,
+            "t_scaled_s": first.time_s + fit.ratio * times,
+            "stretch": model.stretch,
+            "stretch_viscous": model.stretch_viscous,
+        },
+    )
+
+
+def _kinematics_table(
+    drop: campaign.Drop, model: tuple[TimeScaling, _FirstPeak], kinematics: pd.DataFrame, stretch: pd.DataFrame
+) -> pd.DataFrame:
+    """The motion with λ of the model after the first peak, measured λ before it."""
+    fit, first = model
+    material = sphere_material(drop)
+    times = kinematics["t_s"].to_numpy()
+    measured = stretch.set_index("frame").reindex(kinematics["frame"])
+    seen = measured["stretch"].to_numpy(dtype=float)
+    scaled = _scaled_stretch(fit, first, material, times)
+    misfit = _misfit(fit, first, material, stretch)
+    after = times >= (first.time_s if first.found else 0.0)
+    before_impact = (times < 0.0) & ~np.isfinite(seen)
+    used = np.where(after, scaled, np.where(before_impact, 1.0, seen))
+    used_unc = np.where(after, misfit, np.where(before_impact, 0.0, measured["stretch_unc"].to_numpy(dtype=float)))
+    by_model = np.where(np.isfinite(seen), "model", "bridge") if first.found else np.full(times.shape, "")
+    source = np.where(after, by_model, "measured")
+    radius = material.radius_m
+    bottom, bottom_unc = kinematics["y_b_m"].to_numpy(), kinematics["y_b_m_unc"].to_numpy()
+    height, height_unc = centre_height(bottom, bottom_unc, used, used_unc, radius)
+    track = smooth_track(
+        times,
+        height,
+        np.where(height_unc > 0.0, height_unc, np.nan),
+        events_s=(0.0,),
+        mode=drop.experiment.analysis.smoother,
+        ballistic=Ballistic(-drop.experiment.gravity_m_s2, 0.0),
+    )
+    gap = ~np.isfinite(height)
+    columns: dict[str, Any] = {name: kinematics[name] for name in COPIED} | {
+        "y_c_m": height,
+        "y_c_m_unc": height_unc,
+        "v_c_m_s": np.where(gap, np.nan, track.frames.velocity),
+        "v_c_m_s_unc": np.where(gap, np.nan, track.frames.velocity_unc),
+        "a_c_m_s2": np.where(gap, np.nan, track.frames.acceleration),
+        "a_c_m_s2_unc": np.where(gap, np.nan, track.frames.acceleration_unc),
+        "stretch_source": [word or None for word in source],
+    }
+    early = early_shape_time(radius, material.g_inf_pa, material.density_kg_m3)
+    columns["status"] = _statuses(kinematics, columns, early, fit.status if not first.found else "not_identified")
+    return new_table("kinematics_model", columns)
+
+
+def _statuses(kinematics: pd.DataFrame, columns: dict[str, Any], early_s: float, unscaled: str) -> list[str]:
+    """A word per frame: that of kinematics.csv where y_b is missing, else what the route by the model lacks."""
+    filled = np.all([np.isfinite(np.asarray(columns[name], dtype=float)) for name in COPIED[1:]], axis=0)
+    computed = np.isfinite(columns["y_c_m"]) & np.isfinite(columns["v_c_m_s"])
+    times = kinematics["t_s"].to_numpy()
+    words = []
+    for i, given in enumerate(kinematics["status"].fillna("no_edge")):
+        if not filled[i]:
+            words.append(given if given not in ("ok", "early_shape") else "no_edge")
+        elif not computed[i]:
+            words.append("no_edge" if columns["stretch_source"][i] == "measured" else unscaled)
+        else:
+            words.append("early_shape" if 0.0 <= times[i] < early_s else "ok")
+    return words
