@@ -1,0 +1,143 @@
+"""A cavity of independent rings, and what emerges from it: necks, pinch-off, its depth, its cavity and its seal.
+
+Where the contact line passes a depth z it leaves a ring of the radius r0 that the sphere has there. The ring moves
+outward with a speed w, a share of the speed of the sphere plus a share of the speed at which the sphere widens, and
+falls back under the hydrostatic pressure: R^2 = r0^2 + 2 r0 w s - g z s^2, s since its birth. Where the wall would lie
+inside the sphere it wets it, so the contact line recedes upward by itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.synthetic.entry_dynamics import Motion
+from wentry_cli.synthetic.scene import Physics
+
+Floats = NDArray[np.float64]
+STEPS_PER_RADIUS = 100
+
+
+@dataclass(frozen=True)
+class Cavity:
+    """Rings on a grid of depths (m, down): birth time, radius and outward speed at birth, and number of the cavity.
+
+    ``second_starts`` are the times at which the second, third … expansion starts and the depths of the contact line
+    then. Seal: time, height (negative), cavity number and type; NaN, NaN, 0 and ``none`` where nothing closed.
+    """
+
+    depth: Floats
+    born: Floats
+    radius: Floats
+    speed: Floats
+    number: NDArray[np.int64]
+    gravity_m_s2: float
+    starts: tuple[tuple[float, float], ...]
+    t_p_s: float
+    y_p_m: float
+    pinch_off_cavity: int
+    seal_type: str
+
+    def wall(self, t: float) -> Floats:
+        """Radius of every ring at time ``t``: NaN where not yet born, 0 where closed."""
+        s = t - self.born
+        square = self.radius**2 + 2.0 * self.radius * self.speed * s - self.gravity_m_s2 * self.depth * s * s
+        closed = t >= self.closes()
+        return np.where(s < 0.0, np.nan, np.where(closed, 0.0, np.sqrt(np.maximum(square, 0.0))))
+
+    def closes(self) -> Floats:
+        """Time at which every ring closes."""
+        return _closing_times(self.depth, self.born, self.radius, self.speed, self.gravity_m_s2)
+
+
+def _closing_times(depth: Floats, born: Floats, radius: Floats, speed: Floats, gravity: float) -> Floats:
+    pull = gravity * np.maximum(depth, 1e-9)
+    return np.asarray(born + radius * (speed + np.sqrt(speed**2 + pull)) / pull)
+
+
+def find_contact(motion: Motion, physics: Physics, t: Floats) -> tuple[Floats, Floats]:
+    """Depth and radius of the contact line before any recession: ``contact_angle_deg`` above the equator.
+
+    While the sphere is less deep than that, the contact line lies in the undisturbed surface.
+    """
+    y, _, _ = motion.center(t)
+    stretch, _ = motion.stretch(t)
+    along, across = motion.radius_m / stretch**2, stretch * motion.radius_m
+    phi = np.radians(physics.contact_angle_deg)
+    height = np.minimum(y + along * np.sin(phi), 0.0)
+    relative = np.clip((height - y) / along, -1.0, 1.0)
+    return -height, across * np.sqrt(1.0 - relative**2)
+
+
+def find_expansions(motion: Motion) -> Floats:
+    """Times at which the stretch crosses 1 upward after the first valley: each starts a new cavity."""
+    t = np.linspace(0.0, motion.end_s, 8001)
+    stretch, _ = motion.stretch(t)
+    up = np.flatnonzero((stretch[:-1] < 1.0) & (stretch[1:] >= 1.0) & (t[1:] > 1e-4))
+    share = (1.0 - stretch[up]) / (stretch[up + 1] - stretch[up])
+    return np.asarray(t[up] + share * (t[up + 1] - t[up]))
+
+
+def _first_passage(depth: Floats, t: Floats, grid: Floats) -> Floats:
+    """Index (fractional) at which the running maximum of ``depth`` first reaches each grid depth."""
+    deepest = np.maximum.accumulate(depth) + 1e-12 * np.arange(depth.size)
+    return np.interp(grid, deepest, t)
+
+
+def _find_seal(motion: Motion, depth: Floats, closes: Floats) -> tuple[float, float, str]:
+    """First closure that is not inside the sphere: time, depth, type."""
+    order = np.argsort(closes)
+    times = closes[order]
+    use = times <= motion.end_s
+    if not use.any():
+        return float("nan"), float("nan"), "none"
+    y, _, _ = motion.center(times[use])
+    stretch, _ = motion.stretch(times[use])
+    top = -(y + motion.radius_m / stretch**2)
+    free = np.flatnonzero(depth[order][use] <= top)
+    if free.size == 0:
+        return float("nan"), float("nan"), "none"
+    first = free[0]
+    z, t = float(depth[order][first]), float(times[first])
+    near_top = z > float(top[first]) - 0.1 * motion.radius_m
+    return t, z, "sphere_seal" if near_top or first > 0 else "deep_seal"
+
+
+def _refine(depth: Floats, closes: Floats, z: float) -> tuple[float, float]:
+    """Parabola through the three earliest closures around ``z``."""
+    k = int(np.argmin(np.abs(depth - z)))
+    if k in (0, depth.size - 1):
+        return z, float(closes[k])
+    a, b, c = closes[k - 1], closes[k], closes[k + 1]
+    bend = a - 2.0 * b + c
+    if bend <= 0.0:
+        return z, float(b)
+    shift = 0.5 * (a - c) / bend
+    if abs(shift) > 1.0:
+        return z, float(b)
+    return float(z + shift * (depth[1] - depth[0])), float(b - 0.125 * (a - c) ** 2 / bend)
+
+
+def build_cavity(motion: Motion, physics: Physics) -> Cavity:
+    """Rings left by the sphere of ``motion`` and the seal that emerges from them."""
+    t = np.linspace(0.0, motion.end_s, 20001)
+    contact, radius = find_contact(motion, physics, t)
+    step = motion.radius_m / STEPS_PER_RADIUS
+    grid = np.arange(step, max(float(contact.max()), 2.5 * step), step)
+    born = _first_passage(contact, t, grid)
+    r0 = np.interp(born, t, radius)
+    _, velocity, _ = motion.center(born)
+    _, rate = motion.stretch(born)
+    widening = np.maximum(rate, 0.0) * motion.radius_m
+    speed = physics.wall_speed * np.maximum(-velocity, 0.0) + physics.wall_stretch_speed * widening
+    expansions = find_expansions(motion)
+    number = 1 + np.searchsorted(expansions, born)
+    starts = tuple((float(s), float(np.interp(s, t, np.maximum.accumulate(contact)))) for s in expansions)
+    closes = _closing_times(grid, born, r0, speed, physics.gravity_m_s2)
+    t_p, z_p, seal = _find_seal(motion, grid, closes)
+    if seal == "deep_seal":
+        z_p, t_p = _refine(grid, closes, z_p)
+    cavity = int(number[np.argmin(np.abs(grid - z_p))]) if np.isfinite(z_p) else 0
+    return Cavity(grid, born, r0, speed, number, physics.gravity_m_s2, starts, t_p, -z_p, cavity, seal)

@@ -1,0 +1,54 @@
+"""The splash crown: its mouth, rim and dome-over, and the shapes that it has in both views."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.synthetic.course import Course
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Crown:
+    """Radius of the crown at the surface, height and radius of its rim, in metres; height 0 when there is none."""
+
+    mouth_m: float
+    rim_height_m: float
+    rim_radius_m: float
+
+
+def find_crown(course: Course, t: float, wall: Floats) -> Crown:
+    """The crown at time ``t`` (s after impact), over the cavity ``wall`` of that time.
+
+    The rim is thrown up at a share of the impact speed and slowed by the air and by gravity; it leans outward until
+    the air that rushes into the cavity draws it together: it meets on the axis at ``course.dome_over_s``.
+    """
+    if course.cavity is None or t <= 0.0:
+        return Crown(0.0, 0.0, 0.0)
+    physics, speed = course.scene.physics, course.motion.speed_m_s
+    diameter = course.scene.sphere.diameter_m
+    slowing = 2.0 * diameter / speed
+    height = physics.crown_speed * speed * slowing * (1.0 - np.exp(-t / slowing)) - 0.25 * physics.gravity_m_s2 * t * t
+    height = max(float(height), 0.2 * diameter if t > course.dome_over_s else 0.0)
+    known = wall[np.isfinite(wall)]
+    mouth = float(known[: max(1, known.size // 50)].max()) if known.size else 0.0
+    mouth = max(mouth, 0.3 * diameter * min(1.0, t * speed / diameter))
+    share = min(t / course.dome_over_s, 1.0)
+    rim = (mouth + physics.crown_lean * height) * max(1.0 - share**4, 0.0)
+    return Crown(mouth, height, rim)
+
+
+def draw_crown_profile(crown: Crown, ragged: float, seed: int) -> Floats:
+    """Half profile of the crown's film from its base to its rim, (radius, height) in metres, shape (n, 2)."""
+    share = np.linspace(0.0, 1.0, 25)
+    radius = crown.mouth_m + (crown.rim_radius_m - crown.mouth_m) * share**2
+    height = crown.rim_height_m * share
+    if ragged:
+        rng = np.random.default_rng(seed)
+        wave = sum(rng.normal() / k * np.sin(k * 5.0 * share + rng.uniform(0, 6.28)) for k in range(1, 5))
+        radius = radius * (1.0 + 0.08 * ragged * wave * share)
+    return np.stack([radius, height], axis=1)

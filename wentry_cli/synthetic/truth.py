@@ -1,0 +1,250 @@
+"""What is true in a rendered drop: tables frame by frame, necks, and the numbers of the drop."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from wentry_cli.synthetic.camera_view import place_side
+from wentry_cli.synthetic.course import Course
+from wentry_cli.synthetic.outline import measure_outline
+from wentry_cli.synthetic.ring_cavity import find_contact
+from wentry_cli.synthetic.side_view import Instant, see_instant
+from wentry_cli.synthetic.top_view import find_magnification, find_opening
+
+Floats = NDArray[np.float64]
+LEAST_ARC = 0.2
+
+
+def find_separation(course: Course, now: Instant) -> float:
+    """Height of the contact line: the lowest place where the wall stands off the sphere; NaN before impact."""
+    cavity = course.cavity
+    if cavity is None or now.t <= 0.0:
+        return float("nan")
+    contact = float(find_contact(course.motion, course.scene.physics, np.array([now.t]))[0][0])
+    along = course.motion.radius_m / now.stretch**2
+    across = course.motion.radius_m * now.stretch
+    relative = np.clip((-now.depth - now.y_c_m) / along, -1.0, 1.0)
+    sphere = across * np.sqrt(1.0 - relative**2)
+    off = (now.wall > sphere * (1.0 + 1e-9)) & (now.depth <= contact)
+    if not off.any():
+        top = now.y_c_m + along
+        return float(min(top, 0.0)) if contact > 0.0 else 0.0
+    return -float(now.depth[off][-1])
+
+
+def is_measurable(course: Course, now: Instant, separation_m: float) -> bool:
+    """Whether the side view shows the sphere: all of it before impact, at least a fifth of its outline after."""
+    camera = course.scene.side
+    if camera is None:
+        return False
+    view = place_side(course.scene)
+    shown = now.outline
+    if np.isfinite(separation_m):
+        shown = now.outline[now.outline[:, 1] < min(separation_m, 0.0)]
+        if len(shown) < LEAST_ARC * len(now.outline):
+            return False
+    pixels = view.to_water(shown) if now.t > 0.0 else view.to_air(shown)
+    inside = (pixels[:, 0] > 2.0) & (pixels[:, 0] < camera.width - 3.0)
+    inside &= (pixels[:, 1] > 2.0) & (pixels[:, 1] < camera.height - 3.0)
+    return bool(inside.all())
+
+
+def tabulate_side(course: Course, times: Floats) -> list[dict[str, Any]]:
+    """Rows of truth.csv at ``times`` (mid-exposure, after impact)."""
+    y, v, a = course.motion.center(times)
+    rows = []
+    for k, t in enumerate(times):
+        now = see_instant(course, float(t))
+        about = now.outline - (now.x_m, now.y_c_m)
+        half, below = measure_outline(np.column_stack([about[:, 0], -about[:, 1]]))
+        separation = find_separation(course, now)
+        rows.append({
+            "frame": k, "time_s": float(t - times[0]), "t_s": float(t), "stretch": half / course.motion.radius_m,
+            "y_b_m": now.y_c_m - below, "y_c_m": float(y[k]), "v_c_m_s": float(v[k]), "a_c_m_s2": float(a[k]),
+            "separation_y_m": separation, "measurable": int(is_measurable(course, now, separation)),
+        })  # fmt: skip
+    return rows
+
+
+def tabulate_top(course: Course, times: Floats) -> list[dict[str, Any]]:
+    """Rows of top.csv: apparent radius in pixels, and whether the opening of the crown shows the whole circle."""
+    camera = course.scene.top
+    assert camera is not None
+    rows = []
+    for k, t in enumerate(times):
+        y, stretch = float(course.motion.center(t)[0]), float(course.motion.stretch(t)[0])
+        magnification = find_magnification(course, y)
+        radius = stretch * course.motion.radius_m
+        apparent = radius * camera.scale_px_per_m * magnification
+        shown = find_opening(course, float(t)) * 0.97 > radius * magnification
+        rows.append({
+            "frame": k, "time_s": float(t - times[0]), "t_s": float(t), "stretch": stretch,
+            "radius_px": apparent, "magnification": magnification,
+            "measurable": int(shown and apparent < 0.5 * min(camera.width, camera.height) - 3.0),
+        })  # fmt: skip
+    return rows
+
+
+def find_necks(course: Course, t: float) -> list[tuple[float, float]]:
+    """Interior minima of the cavity wall at ``t``: height and radius, from the surface down, closed ones left out."""
+    cavity = course.cavity
+    if cavity is None or t <= 0.0 or (np.isfinite(cavity.t_p_s) and t >= cavity.t_p_s):
+        return []
+    now = see_instant(course, t)
+    top = -(now.y_c_m + course.motion.radius_m / now.stretch**2)
+    use = now.depth < top
+    wall, depth = now.wall[use], now.depth[use]
+    if wall.size < 5:
+        return []
+    low = np.flatnonzero((wall[1:-1] < wall[:-2]) & (wall[1:-1] <= wall[2:])) + 1
+    return [(-float(depth[i]), float(wall[i])) for i in low if wall[i] > 0.0]
+
+
+def tabulate_necks(course: Course, times: Floats) -> list[dict[str, Any]]:
+    """Rows of necks.csv; a neck keeps its number while it moves by less than half a radius between frames."""
+    rows: list[dict[str, Any]] = []
+    alive: dict[int, float] = {}
+    count = 0
+    for k, t in enumerate(times):
+        here: dict[int, float] = {}
+        for y, radius in find_necks(course, float(t)):
+            near = [n for n, at in alive.items() if abs(at - y) < 0.5 * course.motion.radius_m and n not in here]
+            if near:
+                label = min(near, key=lambda n: abs(alive[n] - y))
+            else:
+                count += 1
+                label = count
+            here[label] = y
+            rows.append({"frame": k, "t_s": float(t), "neck": label, "y_m": y, "radius_m": radius})
+        alive = here
+    return rows
+
+
+@dataclass(frozen=True)
+class Periods:
+    """Peaks and periods of the stretch after impact, in seconds and stretches."""
+
+    peak_times_s: tuple[float, ...]
+    peaks: tuple[float, ...]
+    valleys: tuple[float, ...]
+    starts_s: tuple[float, ...]
+    ends_s: tuple[float, ...]
+
+
+def find_periods(course: Course) -> Periods:
+    """Peaks by a parabola on a fine grid; a period ends at the next upward crossing of 1, or midway to the peak."""
+    t = np.linspace(0.0, max(course.end_s, 1e-6), 40001)
+    stretch, _ = course.motion.stretch(t)
+
+    def extrema(values: Floats) -> list[tuple[float, float]]:
+        found = []
+        for i in np.flatnonzero((values[1:-1] > values[:-2]) & (values[1:-1] >= values[2:])) + 1:
+            a, b, c = values[i - 1], values[i], values[i + 1]
+            shift = 0.5 * (a - c) / (a - 2.0 * b + c)
+            found.append((float(t[i] + shift * (t[1] - t[0])), float(b - 0.25 * (a - c) * shift)))
+        return found
+
+    peaks = extrema(stretch)
+    valleys = [(s, -v) for s, v in extrema(-stretch)]
+    ends = []
+    for valley_t, _ in valleys:
+        later = [p for p in peaks if p[0] > valley_t]
+        if not later:
+            break
+        inside = (t >= valley_t) & (t <= later[0][0])
+        up = np.flatnonzero((stretch[inside][:-1] < 1.0) & (stretch[inside][1:] >= 1.0))
+        if up.size:
+            s, part = t[inside], stretch[inside]
+            i = int(up[0])
+            ends.append(float(s[i] + (1.0 - part[i]) / (part[i + 1] - part[i]) * (s[i + 1] - s[i])))
+        else:
+            ends.append(0.5 * (valley_t + later[0][0]))
+    starts = (0.0, *ends[:-1]) if ends else ()
+    return Periods(
+        tuple(p[0] for p in peaks), tuple(p[1] for p in peaks), tuple(v[1] for v in valleys), tuple(starts), tuple(ends)
+    )
+
+
+def _number(value: float) -> float | None:
+    return float(f"{value:.9g}") if np.isfinite(value) else None
+
+
+def summarise_truth(course: Course, side_times: Floats | None) -> dict[str, Any]:
+    """The contents of truth.yaml."""
+    scene, cavity = course.scene, course.cavity
+    periods = find_periods(course) if scene.sphere.law is not None else Periods((), (), (), (), ())
+    u0 = course.motion.speed_m_s
+    truth: dict[str, Any] = {
+        "impact_time_s": None if scene.kind == "free_flight" or side_times is None else _number(-float(side_times[0])),
+        "u0_m_s": _number(u0),
+        "t_p_s": _number(cavity.t_p_s) if cavity else None,
+        "y_p_m": _number(cavity.y_p_m) if cavity else None,
+        "pinch_off_cavity": cavity.pinch_off_cavity if cavity and cavity.pinch_off_cavity else None,
+        "seal_type": cavity.seal_type if cavity else None,
+        "dome_over_s": _number(course.dome_over_s),
+        "periods": [
+            {"start_s": _number(a), "end_s": _number(b)} for a, b in zip(periods.starts_s, periods.ends_s, strict=True)
+        ],
+        "peak_times_s": [_number(p) for p in periods.peak_times_s],
+        "peaks": [_number(p) for p in periods.peaks],
+        "valleys": [_number(p) for p in periods.valleys],
+        "free_period_s": _number(periods.peak_times_s[1] - periods.peak_times_s[0]) if len(periods.peaks) > 1 else None,
+        "delta_u_over_u0": None,
+    }
+    if periods.ends_s and scene.kind == "water_entry":
+        v1 = float(course.motion.center(periods.ends_s[0])[1])
+        truth["delta_u_over_u0"] = _number((u0 + v1) / u0)
+    if cavity is not None and cavity.seal_type == "deep_seal" and periods.peaks:
+        n = cavity.pinch_off_cavity
+        truth["stretch_peak_n"] = _number(periods.peaks[n - 1]) if n <= len(periods.peaks) else None
+    if scene.sphere.law is None and scene.kind == "water_entry":
+        truth["pinch_off_cavity"] = None
+    if scene.side is not None:
+        view = place_side(scene)
+        truth["scale_px_per_m"] = _number(view.scale_px_per_m)
+        truth["scale_water_px_per_m"] = _number(view.scale_px_per_m * view.wet_scale)
+        truth["surface_y_px"] = _number(view.surface_y_px)
+        truth["optical_axis_y_px"] = _number(view.axis_y_px) if view.wet_scale != 1.0 else None
+    return truth
+
+
+def write_rows(path: Path, rows: Sequence[Mapping[str, Any]], columns: Sequence[str]) -> None:
+    """A CSV of ``rows``: floats with 9 significant digits, NaN as an empty cell."""
+
+    def cell(value: Any) -> str:
+        if isinstance(value, float):
+            return f"{value:.9g}" if np.isfinite(value) else ""
+        return str(value)
+
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows([[cell(row[c]) for c in columns] for row in rows])
+
+
+TRUTH_COLUMNS = (
+    "frame", "time_s", "t_s", "stretch", "y_b_m", "y_c_m", "v_c_m_s", "a_c_m_s2", "separation_y_m", "measurable",
+)  # fmt: skip
+NECK_COLUMNS = ("frame", "t_s", "neck", "y_m", "radius_m")
+TOP_COLUMNS = ("frame", "time_s", "t_s", "stretch", "radius_px", "magnification", "measurable")
+
+
+def write_truth(course: Course, folder: Path, side_times: Floats | None, top_times: Floats | None) -> None:
+    """Write truth.csv, necks.csv, truth.yaml, and top.csv where there is a top view, into ``folder``."""
+    folder.mkdir(parents=True, exist_ok=True)
+    times = side_times if side_times is not None else top_times
+    assert times is not None
+    write_rows(folder / "truth.csv", tabulate_side(course, times), TRUTH_COLUMNS)
+    write_rows(folder / "necks.csv", tabulate_necks(course, times), NECK_COLUMNS)
+    if top_times is not None:
+        write_rows(folder / "top.csv", tabulate_top(course, top_times), TOP_COLUMNS)
+    text = yaml.safe_dump(summarise_truth(course, times), sort_keys=False)
+    (folder / "truth.yaml").write_text(text, encoding="utf-8")
