@@ -31,6 +31,7 @@ class ImageWriter:
     """One numbered PNG or TIFF a frame; 12-bit grey levels are stored in 16-bit words, right-aligned."""
 
     def __init__(self, folder: Path, view: str, suffix: str) -> None:
+        """Make the folder."""
         self.source = view
         self._folder = folder / view
         self._folder.mkdir(parents=True, exist_ok=True)
@@ -96,6 +97,7 @@ class PhotronWriter:
     """``<view>.mraw`` beside ``<view>.cihx``: 8 bit, 12 bit packed or 16 bit little-endian."""
 
     def __init__(self, folder: Path, view: str, camera: Camera) -> None:
+        """Open the frames; the header is written at the end."""
         self.source = f"{view}.cihx"
         folder.mkdir(parents=True, exist_ok=True)
         self._header = folder / self.source
@@ -113,7 +115,7 @@ class PhotronWriter:
         self._frames += 1
 
     def close(self) -> None:
-        """Close the frames and write the header: a marked preamble, the word CIHX with a table of offsets, then the XML."""
+        """Close the frames and write the header: preamble, the word CIHX, a table of offsets, then the XML."""
         self._file.close()
         camera = self._camera
         text = HEADER.format(

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.synthetic.camera_view import SideGeometry
 from wentry_cli.synthetic.course import Course
-from wentry_cli.synthetic.outline import draw_blob
+from wentry_cli.synthetic.outline import draw_blob, shift_outline
 from wentry_cli.synthetic.raster import Polygon
 from wentry_cli.synthetic.scene import Scene
 
@@ -76,7 +76,7 @@ def _draw_droplets(course: Course, t: float, view: SideGeometry, count: int) -> 
         s = t - start
         y = vy * s - 0.5 * g * s * s
         if s > 0.0 and y > -0.2 * radius:
-            polygons += view.draw(blob + (x0 + vx * s, y), float(rng.uniform(0.05, 0.4)), IN_FRONT)
+            polygons += view.draw(shift_outline(blob, x0 + vx * s, y), float(rng.uniform(0.05, 0.4)), IN_FRONT)
     return polygons
 
 

@@ -62,3 +62,8 @@ def draw_streak(start: tuple[float, float], end: tuple[float, float], half_width
     angle = np.linspace(0.0, np.pi, 9)
     cap = half_width * (np.cos(angle)[:, None] * across + np.sin(angle)[:, None] * along)
     return np.concatenate([np.array(end) + cap, np.array(start) - cap])
+
+
+def shift_outline(points: Floats, x: float, y: float) -> Floats:
+    """The outline moved by (x, y)."""
+    return np.asarray(points + np.array([x, y]))

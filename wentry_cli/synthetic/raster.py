@@ -59,7 +59,7 @@ def _smooth_ramp(u: Floats, sigma: float) -> Floats:
 
 
 @lru_cache(maxsize=32)
-def _step_table(sigma: float) -> tuple[Floats, int]:
+def _step_table(sigma: float) -> Floats:
     """Increments between neighbouring pixels of a blurred, pixel-integrated step, for TABLE_STEPS + 1 phases."""
     half = int(np.ceil(REACH_SIGMA * sigma + 1.0))
     phase = np.arange(TABLE_STEPS + 1) / TABLE_STEPS
@@ -67,7 +67,7 @@ def _step_table(sigma: float) -> tuple[Floats, int]:
     u = pixel[None, :] - phase[:, None]
     value = _smooth_ramp(u + 0.5, sigma) - _smooth_ramp(u - 0.5, sigma)
     increments = np.diff(value, axis=1)
-    return np.ascontiguousarray(increments / increments.sum(axis=1, keepdims=True)), half
+    return np.ascontiguousarray(increments / increments.sum(axis=1, keepdims=True))
 
 
 @lru_cache(maxsize=32)
@@ -120,8 +120,10 @@ def _find_crossings(points, starts, first, n_lines, lines_per_row):  # type: ign
 
 
 @compiled
-def _lay_steps(fine, crossings, levels, layers, table, half, x0, weight, lines_per_fine):  # type: ignore[no-untyped-def]
+def _lay_steps(fine, crossings, levels, layers, table, placing):  # type: ignore[no-untyped-def]
     count, xs, who, sense = crossings
+    x0, weight, lines_per_fine = placing
+    half = table.shape[1] // 2 - 1
     n_lines = count.size - 1
     width = fine.shape[1]
     phases = table.shape[0] - 1
@@ -219,7 +221,6 @@ def lay_polygons(
     """Add ``weight`` times the picture of ``polygons`` to ``fine``: call once per instant of an exposure."""
     if not polygons:
         return
-    table, half = _step_table(psf_px)
     _, reach = _column_kernel(psf_px)
     lines_per_fine = LINES_PER_ROW // GRID_ROWS
     points = np.concatenate([p.points for p in polygons])
@@ -228,7 +229,8 @@ def lay_polygons(
     crossings = _find_crossings(points, starts, first, fine.shape[0] * lines_per_fine, float(LINES_PER_ROW))
     levels = np.array([p.level for p in polygons])
     layers = np.array([p.layer for p in polygons])
-    _lay_steps(fine, crossings, levels, layers, table, half, float(window.x0), weight / lines_per_fine, lines_per_fine)
+    placing = (float(window.x0), weight / lines_per_fine, lines_per_fine)
+    _lay_steps(fine, crossings, levels, layers, _step_table(psf_px), placing)
 
 
 def finish_rows(fine: NDArray[np.float32], window: Window, psf_px: float) -> NDArray[np.float32]:

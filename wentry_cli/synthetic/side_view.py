@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from wentry_cli.synthetic.camera_view import SideGeometry, place_side
 from wentry_cli.synthetic.course import Course
 from wentry_cli.synthetic.nuisance import draw_side_nuisance, draw_static
-from wentry_cli.synthetic.outline import draw_sphere_outline
+from wentry_cli.synthetic.outline import draw_sphere_outline, shift_outline
 from wentry_cli.synthetic.raster import Polygon
 from wentry_cli.synthetic.splash import draw_crown_profile, find_crown
 
@@ -64,7 +64,7 @@ def see_instant(course: Course, t: float) -> Instant:
 def _mirror(half: Floats, x: float) -> Floats:
     """Closed outline from a right half profile (radius, height)."""
     left = half[::-1] * (-1.0, 1.0)
-    return np.concatenate([half, left]) + (x, 0.0)
+    return shift_outline(np.concatenate([half, left]), x, 0.0)
 
 
 def _draw_cavity(course: Course, now: Instant, view: SideGeometry) -> list[Polygon]:
@@ -117,7 +117,7 @@ def _draw_films(course: Course, now: Instant, view: SideGeometry) -> list[Polygo
             inner = np.column_stack([np.maximum(film[:, 0] - thick, 0.0), film[:, 1]])
             ring = np.concatenate([film, inner[::-1]])
             for side in (1.0, -1.0):
-                polygons += view.draw(ring * (side, 1.0) + (now.x_m, 0.0), 0.15, FILM * 10)
+                polygons += view.draw(shift_outline(ring * (side, 1.0), now.x_m, 0.0), 0.15, FILM * 10)
     return polygons
 
 
@@ -134,7 +134,7 @@ def _draw_crown(course: Course, now: Instant, view: SideGeometry) -> list[Polygo
     inner = np.column_stack([np.maximum(profile[:, 0] - thick, 0.0), profile[:, 1]])
     ring = np.concatenate([profile, inner[::-1]])
     for side in (1.0, -1.0):
-        polygons.append(Polygon(view.to_air(ring * (side, 1.0) + (now.x_m, 0.0)), 0.12, front + 1))
+        polygons.append(Polygon(view.to_air(shift_outline(ring * (side, 1.0), now.x_m, 0.0)), 0.12, front + 1))
     return polygons
 
 
