@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from wentry_cli.config.corrections import Corrections, read_corrections
 from wentry_cli.config.materials import Material, calibrated, find_material, packaged_config
 from wentry_cli.config.messages import validate
 from wentry_cli.config.models import Experiment, View
@@ -26,6 +27,7 @@ class Drop:
     experiment: Experiment
     material: Material | None = None
     materials_path: Path = field(default_factory=lambda: packaged_config("materials.yaml"))
+    corrections: Corrections = field(default_factory=Corrections)
 
     def view(self, name: str) -> View:
         """The configuration of the view ``name``; raises ``KeyError`` where it was not filmed."""
@@ -51,6 +53,7 @@ class Drop:
             "experiment": self.experiment.model_dump(mode="json"),
             "material": None if self.material is None else self.material.model_dump(mode="json"),
             "materials_path": str(self.materials_path),
+            "corrections": self.corrections.model_dump(mode="json"),
         }
 
     @classmethod
@@ -63,6 +66,7 @@ class Drop:
             experiment=Experiment.model_validate(record["experiment"]),
             material=None if material is None else Material.model_validate(material),
             materials_path=Path(record["materials_path"]),
+            corrections=Corrections.model_validate(record["corrections"]),
         )
 
 
@@ -114,7 +118,7 @@ def read_drop(name: str, folder: Path, overrides: Document | None = None) -> Dro
         if "sphere.material" not in str(error):
             raise
         raise ConfigurationError(f"{document.place(('sphere', 'material'))}: error: {error}") from error
-    return Drop(name, folder, experiment, material, materials)
+    return Drop(name, folder, experiment, material, materials, read_corrections(folder))
 
 
 def _nearest(folder: Path, name: str) -> Path | None:

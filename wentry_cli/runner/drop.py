@@ -15,6 +15,7 @@ from wentry_cli.errors import TooFewMeasurementsError, WentryError
 from wentry_cli.pipeline import STAGES as ALL_STAGES
 from wentry_cli.pipeline import Stage
 from wentry_cli.provenance import digest_of_file, peak_memory_mb
+from wentry_cli.runner.corrections import apply_corrections
 from wentry_cli.runner.plan import Choice, fingerprint, plan
 from wentry_cli.runner.record import STAGES, read_json, write_drop, write_json
 from wentry_cli.tables import table_path
@@ -88,6 +89,8 @@ def _run_stage(folder: Path, drop: Drop, stage: Stage, report: Report) -> float:
     progress.listen(lambda done, total: report(Event(drop.name, stage.name, "tick", "", done, total)))
     started = time.perf_counter()
     error = _attempt(run, folder, drop)
+    if error is None:
+        apply_corrections(folder, stage, drop.corrections)
     seconds = time.perf_counter() - started
     progress.listen(None)
     if error is not None and not isinstance(error, TooFewMeasurementsError):

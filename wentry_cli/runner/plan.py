@@ -14,6 +14,8 @@ from wentry_cli.provenance import digest_of, digest_of_file
 from wentry_cli.runner.record import STAGES, read_json
 from wentry_cli.tables import table_path
 
+CORRECTED = ("track", "cavity")
+
 
 @dataclass(frozen=True)
 class Choice:
@@ -89,6 +91,8 @@ def fingerprint(folder: Path, drop: Drop, stage: Stage, *, verify: bool = False)
         marks[f"configuration {key}"] = digest_of(experiment[key])
     if "sphere" in stage.keys:
         marks["material"] = digest_of(None if drop.material is None else drop.material.model_dump(mode="json"))
+    if stage.name in CORRECTED:
+        marks["corrections"] = digest_of(drop.corrections.model_dump(mode="json"))
     for name in stage.reads:
         marks[f"{name}.csv"] = digest_of_file(table_path(folder, name))
     if stage.frames:

@@ -1,0 +1,78 @@
+"""Lay a person's corrections over the tables of a stage; what they touch has the status ``manual``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from wentry_cli.config.corrections import Corrections, FrameCorrection
+from wentry_cli.pipeline import Stage
+from wentry_cli.tables import has_table, new_table, read_table, write_table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_MEASURED_BY_VIEW = {"side": "side", "top": "top"}
+
+
+def apply_corrections(folder: Path, stage: Stage, corrections: Corrections) -> None:
+    """Correct the tables that ``stage`` has just written into ``folder``."""
+    if stage.name == "track":
+        _shift_impact(folder, corrections)
+        for correction in corrections.frames:
+            _correct_frames(folder, correction)
+    if stage.name == "cavity":
+        _correct_events(folder, corrections)
+
+
+def _shift_impact(folder: Path, corrections: Corrections) -> None:
+    impact = corrections.impact
+    if impact is None or impact.time_s is None:
+        return
+    geometry = read_table(folder, "geometry")
+    before = geometry["impact_time_s"].fillna(0.0).iloc[0]
+    geometry["impact_time_s"], geometry["impact_time_s_unc"] = impact.time_s, impact.t_s_unc
+    write_table(folder, "geometry", geometry)
+    for name in ("side", "top"):
+        if has_table(folder, name):
+            frame = read_table(folder, name)
+            frame["t_s"] += before - impact.time_s
+            write_table(folder, name, frame)
+
+
+def _correct_frames(folder: Path, correction: FrameCorrection) -> None:
+    name = _MEASURED_BY_VIEW[correction.view]
+    if not has_table(folder, name):
+        return
+    frame = read_table(folder, name)
+    rows = frame["frame"].between(*correction.frames)
+    values = {column: value for column, value in correction.by_column.items() if column in frame}
+    for column in [item for item in frame.columns if item not in ("frame", "t_s", "status")]:
+        if correction.exclude:
+            frame.loc[rows, column] = None
+    for column, value in values.items():
+        frame.loc[rows, column] = value
+    frame.loc[rows, "status"] = "manual"
+    write_table(folder, name, frame)
+
+
+def _correct_events(folder: Path, corrections: Corrections) -> None:
+    by_hand = [event for event in corrections.events if event.event != "impact"]
+    frame = read_table(folder, "events")
+    for event in by_hand:
+        row: dict[str, Any] = {"event": event.event, "index": event.index, "t_s": event.t_s, "t_s_unc": event.t_s_unc}
+        row |= {"y_m": event.y_m, "value": event.value, "status": "manual"}
+        frame = _replaced(frame, row)
+    if corrections.impact is not None:
+        frame.loc[frame["event"] == "impact", "status"] = "manual"
+    if corrections.events:
+        write_table(folder, "events", frame)
+
+
+def _replaced(frame: pd.DataFrame, row: dict[str, Any]) -> pd.DataFrame:
+    import pandas as pd
+
+    same = (frame["event"] == row["event"]) & (frame["index"].fillna(1) == row["index"])
+    added = new_table("events", {name: [value] for name, value in row.items()})
+    corrected: pd.DataFrame = pd.concat([frame[~same], added], ignore_index=True)
+    return corrected
