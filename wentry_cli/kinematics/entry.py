@@ -1,0 +1,136 @@
+"""Motion of a sphere through an entry: y_b and λ in every frame become y_c, v_b, v_c and a_c with error bars."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.kinematics.centre import centre_height
+from wentry_cli.kinematics.smoother import Mode, SmoothTrack, smooth_track
+from wentry_cli.kinematics.state_pass import Ballistic
+
+Array = NDArray[np.float64]
+AIR_DENSITY = 1.2
+SPHERE_DRAG = 0.5
+STILL = 0.003
+
+
+@dataclass(frozen=True)
+class EntryMotion:
+    """Per frame: measured y_b and y_c (m), smoothed velocities and acceleration, each with standard uncertainty.
+
+    Where a position was not measured its velocity is NaN. ``outlier`` marks frames whose y_c does not belong to the
+    track; ``bottom`` and ``centre`` are the smoothed tracks themselves.
+    """
+
+    bottom_m: Array
+    bottom_unc_m: Array
+    centre_m: Array
+    centre_unc_m: Array
+    bottom_velocity: Array
+    bottom_velocity_unc: Array
+    velocity: Array
+    velocity_unc: Array
+    acceleration: Array
+    acceleration_unc: Array
+    outlier: NDArray[np.bool_]
+    bottom: SmoothTrack
+    centre: SmoothTrack
+
+
+def solve_entry_motion(
+    times_s: Array,
+    bottom: tuple[Array, Array],
+    stretch: tuple[Array, Array],
+    radius_m: float,
+    *,
+    ballistic: Ballistic,
+    mode: Mode = "impact_aware",
+) -> EntryMotion:
+    """Smooth y_b and y_c = y_b + R/λ² of a sphere that meets the surface at time 0.
+
+    ``bottom`` and ``stretch`` are values and standard uncertainties, (n,) each, NaN where not measured (a rigid sphere:
+    ones and zeros). Before impact a stretch that agrees with 1 is taken as 1 (see ``stretch_in_air``).
+    """
+    times = np.asarray(times_s, dtype=float)
+    resting = stretch_in_air(times, *stretch)
+    height, height_unc = centre_height(*bottom, *resting, radius_m)
+    tracks = [
+        smooth_track(times, y, u, events_s=(0.0,), mode=mode, ballistic=ballistic)
+        for y, u in (bottom, (height, height_unc))
+    ]
+    low, middle = (track.frames for track in tracks)
+    seen, known = np.isfinite(bottom[0]), np.isfinite(height)
+    return EntryMotion(
+        bottom_m=bottom[0],
+        bottom_unc_m=bottom[1],
+        centre_m=height,
+        centre_unc_m=height_unc,
+        bottom_velocity=np.where(seen, low.velocity, np.nan),
+        bottom_velocity_unc=np.where(seen, low.velocity_unc, np.nan),
+        velocity=np.where(known, middle.velocity, np.nan),
+        velocity_unc=np.where(known, middle.velocity_unc, np.nan),
+        acceleration=np.where(known, middle.acceleration, np.nan),
+        acceleration_unc=np.where(known, middle.acceleration_unc, np.nan),
+        outlier=known & ~tracks[1].used & np.isfinite(middle.velocity),
+        bottom=tracks[0],
+        centre=tracks[1],
+    )
+
+
+def stretch_in_air(times_s: Array, stretch: Array, stretch_unc: Array) -> tuple[Array, Array]:
+    """Take the stretch before impact as exactly 1 where its mean agrees with 1: a sphere at rest in its own frame.
+
+    It agrees within three standard errors or 0.003. A sphere that still rings from its release keeps what was measured.
+    Frames without a stretch before impact are filled in the same way.
+    """
+    before = times_s < 0.0
+    known = before & np.isfinite(stretch) & (stretch_unc > 0.0)
+    if not before.any():
+        return stretch, stretch_unc
+    if known.any():
+        weight = 1.0 / stretch_unc[known] ** 2
+        mean = float(np.sum(weight * stretch[known]) / np.sum(weight))
+        if abs(mean - 1.0) > max(STILL, 3.0 / float(np.sqrt(np.sum(weight)))):
+            return stretch, stretch_unc
+    return np.where(before, 1.0, stretch), np.where(before, 0.0, stretch_unc)
+
+
+def fall_before_impact(
+    gravity_m_s2: float, speed_m_s: float, radius_m: float, density_kg_m3: float, *, position_jump_m: float = 0.0
+) -> Ballistic:
+    """Return what is known of the fall: −g, uncertain by the drag of the air (⅜ C_D ρ_air/ρ_s U²/R)."""
+    drag = 0.375 * SPHERE_DRAG * AIR_DENSITY / density_kg_m3 * speed_m_s**2 / radius_m
+    return Ballistic(-gravity_m_s2, drag, position_jump_m)
+
+
+def impact_velocity(times_s: Array, velocity: Array, velocity_unc: Array, acceleration: Array) -> tuple[float, float]:
+    """Return v_c(0⁻) and its uncertainty from the last frame before impact (ballistic: exact); NaN without one."""
+    good = (times_s <= 0.0) & np.isfinite(velocity) & np.isfinite(acceleration)
+    if not good.any():
+        return float("nan"), float("nan")
+    last = int(np.flatnonzero(good)[-1])
+    return float(velocity[last] - acceleration[last] * times_s[last]), float(velocity_unc[last])
+
+
+def fall_speed(times_s: Array, height_m: Array, height_unc_m: Array, ballistic: Ballistic) -> tuple[float, float]:
+    """Return the speed at time 0 (positive downwards) of what falls before it, and its uncertainty; NaN below 3 frames.
+
+    Least squares of height, speed and acceleration in the frames before impact, the acceleration with its prior.
+    """
+    good = (times_s < 0.0) & np.isfinite(height_m) & (height_unc_m > 0.0)
+    if good.sum() < 3:
+        return float("nan"), float("nan")
+    t, unc = times_s[good], height_unc_m[good]
+    length = float(np.ptp(t))
+    sure = max(ballistic.uncertainty, 1e-6)
+    rows = np.stack([np.ones_like(t), t / length, 0.5 * (t / length) ** 2], axis=1) / unc[:, None]
+    design = np.vstack([rows, [0.0, 0.0, 1.0 / (sure * length**2)]])
+    right = np.append(height_m[good] / unc, ballistic.acceleration / sure)
+    solution = np.linalg.lstsq(design, right, rcond=None)[0]
+    residual = right - design @ solution
+    scale = max(1.0, float(np.sqrt(np.sum(residual**2) / max(int(good.sum()) - 2, 1))))
+    spread = float(np.sqrt(np.linalg.inv(design.T @ design)[1, 1])) / length
+    return -float(solution[1]) / length, scale * spread

@@ -1,0 +1,111 @@
+"""One λ(t) from two views: which view counts when, by which weight, and the offset between their clocks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.kinematics.interpolation import lagrange_cubic
+
+Array = NDArray[np.float64]
+MINIMUM_OVERLAP = 10
+
+
+@dataclass(frozen=True)
+class Offset:
+    """Time to add to the top view's clock, s, its standard uncertainty, and whether it is clearly determined."""
+
+    seconds: float
+    uncertainty_s: float
+    determined: bool
+
+
+@dataclass(frozen=True)
+class MergedStretch:
+    """λ at the frames of the leading view (n,): value, uncertainty, source word, and both views' own λ."""
+
+    stretch: Array
+    stretch_unc: Array
+    source: NDArray[np.str_]
+    top: Array
+    side: Array
+
+
+def merge_stretch(
+    times_s: Array,
+    side: tuple[Array, Array],
+    top_times_s: Array,
+    top: tuple[Array, Array],
+    *,
+    dome_over_s: float = float("nan"),
+) -> MergedStretch:
+    """Merge λ of the ``side`` view at ``times_s`` with λ of the ``top`` view at its own times (values, uncertainties).
+
+    The top view counts before dome-over (NaN: it never domes over), the side view wherever it was measured; both
+    together by 1/u². Where they disagree by more than their uncertainties, that of the mean is widened (Birge ratio).
+    """
+    seen, variance = lagrange_cubic(top_times_s, top[0], top[1] ** 2, times_s)
+    if np.isfinite(dome_over_s):
+        seen = np.where(times_s < dome_over_s, seen, np.nan)
+    top_unc = np.where(np.isfinite(seen), np.sqrt(variance), np.nan)
+    has_side, has_top = _measured(*side), _measured(seen, top_unc)
+    both = has_side & has_top
+    weight_side = np.where(has_side, 1.0 / np.where(has_side, side[1], 1.0) ** 2, 0.0)
+    weight_top = np.where(has_top, 1.0 / np.where(has_top, top_unc, 1.0) ** 2, 0.0)
+    total = weight_side + weight_top
+    any_view = total > 0.0
+    total = np.where(any_view, total, 1.0)
+    value = (weight_side * np.where(has_side, side[0], 0.0) + weight_top * np.where(has_top, seen, 0.0)) / total
+    quarrel = np.where(both, np.abs(side[0] - seen) / np.where(both, np.hypot(side[1], top_unc), 1.0), 0.0)
+    unc = np.maximum(1.0, quarrel) / np.sqrt(total)
+    source = np.select([both, has_top, has_side], ["both", "top", "side"], "")
+    return MergedStretch(
+        np.where(any_view, value, np.nan),
+        np.where(any_view, unc, np.nan),
+        source,
+        np.where(has_top, seen, np.nan),
+        np.where(has_side, side[0], np.nan),
+    )
+
+
+def find_offset(
+    times_s: Array, side: tuple[Array, Array], top_times_s: Array, top: tuple[Array, Array], *, interval_s: float
+) -> Offset:
+    """Find the offset of the top view's clock from frames in which both views measure λ.
+
+    λ_side(t) − λ_top(t) = b + δ λ̇ is fitted by weighted least squares in δ and b (a constant difference of scale must
+    not pass for time), twice. It is clearly determined with ten common frames, δ known to a tenth of a frame, beyond
+    three standard uncertainties, and below two frames.
+    """
+    shift, spread = 0.0, np.inf
+    for _ in range(2):
+        step, spread = _offset_step(times_s, side, top_times_s + shift, top)
+        if not np.isfinite(step):
+            return Offset(0.0, np.inf, False)
+        shift += step
+    clear = spread < 0.1 * interval_s and 3.0 * spread < abs(shift) < 2.0 * interval_s
+    return Offset(shift, spread, bool(clear))
+
+
+def _offset_step(
+    times: Array, side: tuple[Array, Array], top_times: Array, top: tuple[Array, Array]
+) -> tuple[float, float]:
+    seen, variance = lagrange_cubic(top_times, top[0], top[1] ** 2, times)
+    rate = np.gradient(seen, times)
+    total = np.sqrt(variance + side[1] ** 2)
+    good = np.isfinite(seen) & np.isfinite(rate) & _measured(side[0], total)
+    if good.sum() < MINIMUM_OVERLAP or np.ptp(rate[good]) == 0.0:
+        return float("nan"), np.inf
+    # a top clock that runs late by δ shows λ_top(t) = λ(t − δ): the correction is added to its times
+    design = np.stack([-rate[good], np.ones(int(good.sum()))], axis=1) / total[good, None]
+    difference = (side[0] - seen)[good] / total[good]
+    solution = np.linalg.lstsq(design, difference, rcond=None)[0]
+    residual = difference - design @ solution
+    scale = max(1.0, float(np.sqrt(np.sum(residual**2) / (good.sum() - 2))))
+    return float(solution[0]), scale * float(np.sqrt(np.linalg.inv(design.T @ design)[0, 0]))
+
+
+def _measured(value: Array, unc: Array) -> NDArray[np.bool_]:
+    return np.isfinite(value) & np.isfinite(unc) & (unc > 0.0)

@@ -1,0 +1,189 @@
+"""Stage ``kinematics``: heights, velocities and acceleration in every frame of the side view (``kinematics.csv``)."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.kinematics.ballistic import fit_parabola
+from wentry_cli.kinematics.centre import early_shape_time, early_shape_time_from_period
+from wentry_cli.kinematics.entry import EntryMotion, fall_before_impact, solve_entry_motion
+from wentry_cli.kinematics.state_pass import Ballistic
+from wentry_cli.stages.drop_tables import column, first_known, first_row, number
+from wentry_cli.tables import has_table, new_table, read_table, write_table
+from wentry_cli.tracking.scale import PixelMap, pixel_to_metre
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from wentry_cli.config.campaign import Drop
+
+Array = NDArray[np.float64]
+NOMINAL_DENSITY = 1070.0  # the paper's; only bounds the drag of the air where none was given
+AXIS_UNKNOWN_PX = 50.0
+AXIS_GIVEN_PX = 5.0
+
+
+def run(folder: Path, drop: Drop) -> None:
+    """Write ``kinematics.csv`` for a free flight or for an entry into water."""
+    write = _free_flight if drop.experiment.kind == "free_flight" else _entry
+    columns = write(folder, drop)
+    if columns is not None:
+        write_table(folder, "kinematics", new_table("kinematics", columns))
+
+
+def _positions(view: pd.DataFrame, geometry: dict[str, Any], *, origin_y_px: float) -> tuple[Array, Array]:
+    """x and height of the centre of the outline, m; x is 0 at the first measured centre."""
+    x, y = column(view, "center_x_px"), column(view, "center_y_px")
+    air = number(geometry, "scale_px_per_m")
+    water = air if math.isfinite(origin_y_px) else number(geometry, "scale_water_px_per_m", air)
+    surface = origin_y_px if math.isfinite(origin_y_px) else number(geometry, "surface_y_px")
+    return pixel_to_metre(x, y, PixelMap(air, water, surface, first_known(x), surface))
+
+
+def _free_flight(folder: Path, drop: Drop) -> dict[str, Any] | None:
+    """Constant acceleration in x and y, with no prior on gravity; y = 0 at the first measured centre."""
+    seen_in = next((v for v in ("side", "top") if has_table(folder, v)), None)
+    if seen_in is None:
+        return None
+    view, geometry = read_table(folder, seen_in), first_row(folder, "geometry", view=seen_in)
+    times = column(view, "t_s")
+    x, y = _positions(view, geometry, origin_y_px=first_known(column(view, "center_y_px")))
+    y_unc = _centre_unc(view, geometry)
+    fit = fit_parabola(times, y, y_unc)
+    states, covariance = fit.evaluate(times)
+    seen = np.isfinite(y)
+    spread = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+    radius = drop.experiment.sphere.radius_m
+    own = y_unc * fit.noise_scale
+    columns: dict[str, Any] = {"frame": view["frame"].to_numpy(), "t_s": times, "x_c_m": x}
+    columns |= {"y_b_m": y - radius, "y_b_m_unc": own, "y_c_m": y, "y_c_m_unc": own}
+    for i, names in ((1, ("v_b_m_s", "v_c_m_s")), (2, ("a_c_m_s2",))):
+        for name in names:
+            columns[name] = np.where(seen, states[:, i], np.nan)
+            columns[f"{name}_unc"] = np.where(seen, spread[:, i], np.nan)
+    words = view["status"].fillna("no_object").to_numpy(dtype=object)
+    words[seen & (words == "ok") & (fit.status == "too_few")] = "too_few"
+    words[seen & ~fit.used & (words == "ok") & (fit.status == "ok")] = "poor_fit"
+    columns["status"] = words
+    return columns
+
+
+def _centre_unc(view: pd.DataFrame, geometry: dict[str, Any]) -> Array:
+    """Image noise of the centre, m: that of the lowest point, else of the radius, of which it is made."""
+    for name in ("bottom_y_px_unc", "radius_px_unc"):
+        if name in view.columns:
+            unc = column(view, name) / number(geometry, "scale_px_per_m")
+            if np.isfinite(unc).any():
+                return np.where(np.isfinite(unc) & (unc > 0), unc, np.nanmedian(unc))
+    return np.full(len(view), 0.1 / number(geometry, "scale_px_per_m"))
+
+
+def _entry(folder: Path, drop: Drop) -> dict[str, Any] | None:
+    if not has_table(folder, "side"):
+        return None
+    side, geometry = read_table(folder, "side"), first_row(folder, "geometry", view="side")
+    times = column(side, "t_s")
+    motion = entry_motion(folder, drop, _stretch(folder, drop, times))
+    x, _ = _positions(side, geometry, origin_y_px=math.nan)
+    columns: dict[str, Any] = {"frame": side["frame"].to_numpy(), "t_s": times, "x_c_m": x} | motion_columns(motion)
+    columns["status"] = _words(side, columns, motion, _early_until(folder, drop))
+    return columns
+
+
+def entry_motion(
+    folder: Path, drop: Drop, stretch: tuple[Array, Array], *, bottom: tuple[Array, Array] | None = None
+) -> EntryMotion:
+    """Smooth the entry of ``drop`` with any λ at the frames of the side view (measured, or a model's).
+
+    ``bottom`` defaults to ``y_b_m`` of ``side.csv``. The stages ``kinematics`` and ``model`` both come through here.
+    """
+    side = read_table(folder, "side")
+    return solve_entry_motion(
+        column(side, "t_s"),
+        bottom or (column(side, "y_b_m"), column(side, "y_b_m_unc")),
+        stretch,
+        drop.experiment.sphere.radius_m,
+        ballistic=_fall(side, first_row(folder, "geometry", view="side"), drop),
+        mode=drop.experiment.analysis.smoother,
+    )
+
+
+def motion_columns(motion: EntryMotion) -> dict[str, Array]:
+    """The columns that ``kinematics.csv`` and ``kinematics_model.csv`` share, from y_b_m to a_c_m_s2_unc."""
+    return {
+        "y_b_m": motion.bottom_m,
+        "y_b_m_unc": motion.bottom_unc_m,
+        "y_c_m": motion.centre_m,
+        "y_c_m_unc": motion.centre_unc_m,
+        "v_b_m_s": motion.bottom_velocity,
+        "v_b_m_s_unc": motion.bottom_velocity_unc,
+        "v_c_m_s": motion.velocity,
+        "v_c_m_s_unc": motion.velocity_unc,
+        "a_c_m_s2": motion.acceleration,
+        "a_c_m_s2_unc": motion.acceleration_unc,
+    }
+
+
+def _stretch(folder: Path, drop: Drop, times: Array) -> tuple[Array, Array]:
+    """λ at the frames of the side view: measured, or 1 for a rigid sphere."""
+    if not drop.experiment.deformable:
+        return np.ones_like(times), np.zeros_like(times)
+    if not has_table(folder, "stretch"):
+        return np.full_like(times, np.nan), np.full_like(times, np.nan)
+    table = read_table(folder, "stretch")
+    return column(table, "stretch"), column(table, "stretch_unc")
+
+
+def _fall(side: pd.DataFrame, geometry: dict[str, Any], drop: Drop) -> Ballistic:
+    """The fall before impact, and how far a change of scale at the waterline may shift the heights."""
+    experiment = drop.experiment
+    times, heights = column(side, "t_s"), column(side, "y_b_m")
+    before = (times < 0.0) & np.isfinite(heights)
+    speed = -float(np.polyfit(times[before], heights[before], 1)[0]) if before.sum() > 2 else 0.0
+    air = number(geometry, "scale_px_per_m")
+    water = number(geometry, "scale_water_px_per_m", air)
+    view = experiment.views.side
+    given = view is not None and view.optical_axis_y_px != "auto"
+    axis = AXIS_GIVEN_PX if given else AXIS_UNKNOWN_PX
+    jump = abs(1.0 / air - 1.0 / water) * axis if air > 0 and water > 0 else 0.0
+    return fall_before_impact(
+        experiment.gravity_m_s2,
+        speed,
+        experiment.sphere.radius_m,
+        experiment.sphere.density or NOMINAL_DENSITY,
+        position_jump_m=jump,
+    )
+
+
+def _early_until(folder: Path, drop: Drop) -> float:
+    """How long after impact the shape is a wave: from the material, else from the measured period; 0 if rigid."""
+    sphere = drop.experiment.sphere
+    if not drop.experiment.deformable:
+        return 0.0
+    if drop.material is not None:
+        return early_shape_time(sphere.radius_m, drop.material.g_inf_pa, sphere.density or NOMINAL_DENSITY)
+    if has_table(folder, "periods"):
+        period = first_known(column(read_table(folder, "periods"), "peak_to_peak_s")[:1])
+        if math.isfinite(period):
+            return early_shape_time_from_period(period)
+    return 0.0
+
+
+def _words(side: pd.DataFrame, columns: dict[str, Any], motion: EntryMotion, early: float) -> NDArray[np.object_]:
+    """Status of each row: ok only where every value is there."""
+    full = np.all([np.isfinite(v) for k, v in columns.items() if k != "frame"], axis=0)
+    own = side["status"].fillna("no_object").to_numpy(dtype=object)
+    manual = own == "manual"
+    times = columns["t_s"]
+    words = np.where(full, "ok", np.where(np.isin(own, ["ok", "manual"]), "occluded", own)).astype(object)
+    if motion.centre.status == "too_few":
+        words[np.isfinite(motion.centre_m)] = "too_few"
+    words[full & motion.outlier] = "poor_fit"
+    words[full & (times >= 0.0) & (times < early)] = "early_shape"
+    words[full & manual] = "manual"
+    return words

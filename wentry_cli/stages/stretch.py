@@ -1,0 +1,107 @@
+"""Stage ``stretch``: both views' λ become one λ(t) and its periods (``stretch.csv``, ``periods.csv``)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.kinematics.merging import find_offset, merge_stretch
+from wentry_cli.kinematics.oscillation import Extremum, Oscillation, Period, find_oscillation
+from wentry_cli.stages.drop_tables import column
+from wentry_cli.tables import has_table, new_table, read_table, write_table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from wentry_cli.config.campaign import Drop
+
+Array = NDArray[np.float64]
+UNUSABLE = ("no_object", "poor_fit", "bad_frame", "gap")
+
+
+def run(folder: Path, drop: Drop) -> None:
+    """Merge λ of the views that were filmed and find its oscillation; no tables where nothing was tracked."""
+    views = {name: read_table(folder, name) for name in ("side", "top") if has_table(folder, name)}
+    if not views:
+        return
+    frame = _merge(views, _dome_over(folder), drop)
+    write_table(folder, "stretch", frame)
+    found = find_oscillation(column(frame, "t_s"), column(frame, "stretch"), column(frame, "stretch_unc"))
+    write_table(folder, "periods", _periods_table(found))
+
+
+def _measured(view: pd.DataFrame) -> tuple[Array, Array]:
+    """λ of a view and its uncertainty, NaN where the row's status says that it is no measurement."""
+    bad = view["status"].isin(UNUSABLE).to_numpy(dtype=bool)
+    stretch, unc = column(view, "stretch"), column(view, "stretch_unc")
+    return np.where(bad, np.nan, stretch), np.where(bad, np.nan, unc)
+
+
+def _dome_over(folder: Path) -> float:
+    """Time of dome-over after impact; NaN where it was not seen."""
+    if not has_table(folder, "events"):
+        return float("nan")
+    events = read_table(folder, "events")
+    times = events.loc[events["event"] == "dome_over", "t_s"].dropna()
+    return float(times.iloc[0]) if len(times) else float("nan")
+
+
+def _merge(views: dict[str, pd.DataFrame], dome_over: float, drop: Drop) -> pd.DataFrame:
+    leading = views.get("side", views.get("top"))
+    assert leading is not None
+    times = column(leading, "t_s")
+    nothing = np.full(times.shape, np.nan)
+    side = _measured(views["side"]) if "side" in views else (nothing, nothing)
+    top_times, top = times, (nothing, nothing)
+    if "top" in views:
+        top_times, top = column(views["top"], "t_s"), _measured(views["top"])
+        if "side" in views:
+            top_times = top_times + _refined_offset(times, side, top_times, top)
+    merged = merge_stretch(times, side, top_times, top, dome_over_s=dome_over)
+    return new_table(
+        "stretch",
+        {
+            "frame": leading["frame"].to_numpy(),
+            "t_s": times,
+            "stretch": merged.stretch,
+            "stretch_unc": merged.stretch_unc,
+            "source": [word or None for word in merged.source],
+            "stretch_top": merged.top,
+            "stretch_side": merged.side,
+        },
+    )
+
+
+def _refined_offset(times: Array, side: tuple[Array, Array], top_times: Array, top: tuple[Array, Array]) -> float:
+    """What to add to the top view's times: 0 unless both views' λ determine it clearly."""
+    if times.size < 2:
+        return 0.0
+    found = find_offset(times, side, top_times, top, interval_s=float(np.median(np.diff(times))))
+    return found.seconds if found.determined else 0.0
+
+
+def _periods_table(found: Oscillation) -> pd.DataFrame:
+    rows = [_row(period) for period in found.periods] or [{"period": 1, "status": found.status}]
+    names = sorted({name for row in rows for name in row})
+    return new_table("periods", {name: [row.get(name) for row in rows] for name in names})
+
+
+def _row(period: Period) -> dict[str, float | int | str]:
+    valley = period.valley or Extremum(np.nan, np.nan, np.nan, np.nan, False)
+    return {
+        "period": period.number,
+        "t_start_s": period.start_s,
+        "t_end_s": period.end_s,
+        "t_end_s_unc": period.end_unc_s,
+        "t_peak_s": period.peak.time_s,
+        "t_valley_s": valley.time_s,
+        "peak_to_peak_s": period.peak_to_peak_s,
+        "peak_to_peak_s_unc": period.peak_to_peak_unc_s,
+        "stretch_peak": period.peak.stretch,
+        "stretch_peak_unc": period.peak.stretch_unc,
+        "stretch_valley": valley.stretch,
+        "status": period.status,
+    }
