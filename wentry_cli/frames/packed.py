@@ -23,17 +23,18 @@ def unpack_12bit(packed: NDArray[np.uint8], start: int, stride: int, out: NDArra
     for row in range(rows):
         pixel = start + row * stride
         byte = (pixel // 2) * 3
-        column = 0
-        if pixel % 2 == 1:
+        odd = pixel % 2
+        if odd == 1:
             out[row, 0] = ((np.uint16(packed[byte + 1]) & 15) << 8) | np.uint16(packed[byte + 2])
             byte += 3
-            column = 1
-        pairs = (columns - column) // 2
+        pairs = (columns - odd) // 2
+        source = packed[byte : byte + 3 * pairs]  # slices that begin at 0 let the compiler use vector instructions
+        target = out[row, odd : odd + 2 * pairs]
         for pair in range(pairs):
-            middle = np.uint16(packed[byte + 3 * pair + 1])
-            out[row, column + 2 * pair] = (np.uint16(packed[byte + 3 * pair]) << 4) | (middle >> 4)
-            out[row, column + 2 * pair + 1] = ((middle & 15) << 8) | np.uint16(packed[byte + 3 * pair + 2])
-        if column + 2 * pairs < columns:
+            middle = np.uint16(source[3 * pair + 1])
+            target[2 * pair] = (np.uint16(source[3 * pair]) << 4) | (middle >> 4)
+            target[2 * pair + 1] = ((middle & 15) << 8) | np.uint16(source[3 * pair + 2])
+        if odd + 2 * pairs < columns:
             byte += 3 * pairs
             out[row, columns - 1] = (np.uint16(packed[byte]) << 4) | (np.uint16(packed[byte + 1]) >> 4)
 

@@ -31,6 +31,7 @@ import cv2
 from wentry_cli.frames.decoding import to_grey
 
 KEPT_FRAMES = 8
+LARGEST_GREY_SPREAD = 8  # levels by which the channels of a grey image may differ after compression
 
 
 def open_video(path: Path) -> VideoRecording:
@@ -39,10 +40,8 @@ def open_video(path: Path) -> VideoRecording:
 
 
 def _capture(path: Path) -> cv2.VideoCapture:
-    capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
-    if not capture.isOpened():
-        capture.release()
-        capture = cv2.VideoCapture(str(path))
+    built_in = cv2.CAP_FFMPEG in cv2.videoio_registry.getStreamBackends()
+    capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG if built_in else cv2.CAP_ANY)
     if not capture.isOpened():
         raise InputError(f"{path}: no codec here reads this video; convert it, for example to FFV1 or MJPG in AVI")
     capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 1)  # turned as its metadata say
@@ -69,7 +68,7 @@ class VideoRecording:
         self._next = 1
         grey = to_grey(first, str(path))
         self._keep(0, grey)
-        coloured = first.ndim == 3 and not bool(np.all(first == first[:, :, :1]))
+        coloured = first.ndim == 3 and int(np.ptp(first, axis=2).max()) > LARGEST_GREY_SPREAD
         lies = f"the container claims {claimed} frames, {count} can be read"
         self.info = RecordingInfo(
             path=path,

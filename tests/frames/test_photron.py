@@ -1,0 +1,197 @@
+"""Photron recordings: headers written by hand, every depth, cut files, and a real recording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from recording_bytes import SHARED, cih, cihx, grey, pack_bits, write_photron
+
+from wentry_cli.errors import FrameUnreadableError, InputError
+from wentry_cli.frames.formats import open_recording
+
+EIGHT = grey(6, 4, frames=3).astype(np.uint8)
+
+
+@pytest.mark.parametrize("header", [cih(), cihx()], ids=["cih", "cihx"])
+def test_eight_bit(tmp_path: Path, header: str | bytes) -> None:
+    recording = open_recording(write_photron(tmp_path, header, EIGHT.tobytes()))
+    assert (recording.info.width, recording.info.height, recording.info.frame_count) == (6, 4, 3)
+    assert recording.info.bit_depth == 8
+    for index in range(3):
+        frame = recording.read(index)
+        assert frame.dtype == np.uint8
+        np.testing.assert_array_equal(frame, EIGHT[index])
+        np.testing.assert_array_equal(recording.read(index, (1, 2, 5, 3)), EIGHT[index, 2:3, 1:5])
+    recording.close()
+
+
+@pytest.mark.parametrize(("width", "height"), [(6, 4), (5, 4), (5, 3), (1, 1)])
+def test_twelve_bit_packed_where_rows_and_frames_start_at_half_a_byte(tmp_path: Path, width: int, height: int) -> None:
+    levels = grey(width, height, 4095, frames=3)
+    header = cihx(bits=12, depth=12, width=width, height=height)
+    recording = open_recording(write_photron(tmp_path, header, pack_bits(levels, 12)))
+    assert recording.info.format == "Photron MRAW, 12 bit packed"
+    for index in range(3):
+        whole = recording.read(index)
+        assert whole.dtype == np.uint16
+        np.testing.assert_array_equal(whole, levels[index])
+        for x0 in range(width):
+            region = (x0, height // 2, width, height)
+            np.testing.assert_array_equal(recording.read(index, region), levels[index, height // 2 :, x0:])
+
+
+@pytest.mark.parametrize(("side", "stored"), [("Lower", 1), ("Higher", 16)])
+def test_sixteen_bit_words_with_twelve_significant(tmp_path: Path, side: str, stored: int) -> None:
+    levels = grey(6, 4, 4095, frames=3)
+    data = (levels * stored).astype("<u2").tobytes()
+    recording = open_recording(write_photron(tmp_path, cih(bits=16, depth=12, side=side), data))
+    assert recording.info.bit_depth == 12
+    np.testing.assert_array_equal(recording.read(2), levels[2])
+    np.testing.assert_array_equal(recording.read(1, (2, 1, 6, 4)), levels[1, 1:, 2:])
+
+
+def test_rate_is_divided_by_the_save_step_and_numbers_are_kept(tmp_path: Path) -> None:
+    header = cihx(rate=60000, step=36, start=-72)
+    recording = open_recording(write_photron(tmp_path, header, EIGHT.tobytes()))
+    assert recording.info.fps == pytest.approx(60000 / 36, rel=1e-15)
+    assert recording.info.fps_source == "cihx recordRate / skipFrame"
+    assert recording.camera_frames().tolist() == [-72, -36, 0]
+    assert recording.times_s() is None
+
+
+@pytest.mark.parametrize(
+    ("header", "exposure_s"),
+    [
+        (cihx(shutter_ns=20000, shutter=7), 20e-6),
+        (cihx(shutter_ns=0, shutter=50000), 20e-6),
+        (cih(shutter="1/800000"), 1.25e-6),
+        (cih(shutter="0.0005"), 5e-4),
+        (cih(shutter="1/800000", shutter_ns=1250), 1.25e-6),
+        (cih(shutter="open"), None),
+    ],
+)
+def test_exposure(tmp_path: Path, header: str | bytes, exposure_s: float | None) -> None:
+    recording = open_recording(write_photron(tmp_path, header, EIGHT.tobytes()))
+    if exposure_s is None:
+        assert recording.info.exposure_s is None
+    else:
+        assert recording.info.exposure_s == pytest.approx(exposure_s, rel=1e-12)
+
+
+def test_rate_of_zero_is_unknown(tmp_path: Path) -> None:
+    info = open_recording(write_photron(tmp_path, cih(rate=0), EIGHT.tobytes())).info
+    assert info.fps is None
+    assert info.fps_source == "unknown"
+    assert not info.rate_trusted
+
+
+def test_the_mraw_itself_can_be_given_and_case_does_not_matter(tmp_path: Path) -> None:
+    write_photron(tmp_path, cih(), EIGHT.tobytes())
+    (tmp_path / "clip.mraw").rename(tmp_path / "clip.MRAW")
+    recording = open_recording(tmp_path / "clip.MRAW")
+    np.testing.assert_array_equal(recording.read(0), EIGHT[0])
+    recording = open_recording(tmp_path / "clip.cih")
+    np.testing.assert_array_equal(recording.read(0), EIGHT[0])
+
+
+def test_missing_partner(tmp_path: Path) -> None:
+    path = write_photron(tmp_path, cih(), EIGHT.tobytes())
+    (tmp_path / "clip.mraw").rename(tmp_path / "other.mraw")
+    with pytest.raises(InputError, match=r"no clip\.mraw beside it"):
+        open_recording(path)
+    with pytest.raises(InputError, match=r"no header other\.cihx or other\.cih"):
+        open_recording(tmp_path / "other.mraw")
+
+
+def test_a_truncated_mraw_says_what_is_whole_and_how_to_use_it(tmp_path: Path) -> None:
+    path = write_photron(tmp_path, cih(), EIGHT.tobytes()[:-5])
+    with pytest.raises(InputError, match=r"67 bytes, but clip\.cih claims 72 .*`frames: \[0, 1\]`"):
+        open_recording(path)
+    with pytest.raises(InputError, match=r"frames: \[0, 1\]"):
+        open_recording(path, frames=(0, 2))
+    recording = open_recording(path, frames=(0, 1))
+    np.testing.assert_array_equal(recording.read(1), EIGHT[1])
+    assert recording.info.frame_count == 3
+    assert recording.info.notes == ("clip.mraw holds 2 of the 3 frames",)
+    with pytest.raises(FrameUnreadableError) as caught:
+        recording.read(2)
+    assert caught.value.status == "bad_frame"
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"frames": 2}, "72 bytes, but clip.cih claims 48"),
+        ({"width": 7}, "claims 84"),
+        ({"width": 65536, "height": 65536, "frames": 1 << 31}, "not one frame is whole"),
+        ({"width": 0}, "'Image Width' is '0'"),
+        ({"width": -6}, "'Image Width' is '-6'"),
+        ({"height": 10**30}, "not a whole number from 1"),
+        ({"frames": -1}, "'Total Frame' is '-1'"),
+        ({"frames": "many"}, "'Total Frame' is 'many'"),
+        ({"width": None}, "'Image Width' is missing"),
+        ({"bits": 24}, "a colour MRAW"),
+        ({"bits": 10}, "10 bit is not supported"),
+        ({"side": "Left"}, "neither Lower nor Higher"),
+        ({"format": "Tiff"}, "not an MRAW"),
+    ],
+)
+def test_a_header_that_cannot_be_true(tmp_path: Path, changes: dict[str, object], sentence: str) -> None:
+    with pytest.raises(InputError) as caught:
+        open_recording(write_photron(tmp_path, cih(**changes), EIGHT.tobytes()))
+    assert sentence in str(caught.value)
+
+
+BILLION_LAUGHS = (
+    b'<?xml version="1.0"?><!DOCTYPE cih [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;">]>'
+    b"<cih><imageDataInfo>&b;</imageDataInfo></cih>"
+)
+
+
+@pytest.mark.parametrize(
+    ("raw", "sentence"),
+    [
+        (BILLION_LAUGHS, "declares a document type or entities"),
+        (b"", "no complete <cih>"),
+        (cihx()[:700], "no complete <cih>"),
+        (b"<cih><a></b></cih>", "not well-formed"),
+        (b"<cih>&undeclared;</cih>", "not well-formed"),
+        (b"<cih>" + b"<a>" * 100000 + b"</cih>", "nested deeper"),
+        (b"<cih></cih>", "is missing"),
+        (b" " * (5 << 20), "larger than"),
+    ],
+)
+def test_hostile_xml(tmp_path: Path, raw: bytes, sentence: str) -> None:
+    with pytest.raises(InputError) as caught:
+        open_recording(write_photron(tmp_path, raw, EIGHT.tobytes()))
+    assert sentence in str(caught.value)
+
+
+def test_frames_and_regions_that_do_not_exist(tmp_path: Path) -> None:
+    recording = open_recording(write_photron(tmp_path, cih(), EIGHT.tobytes()))
+    for index in (-1, 3):
+        with pytest.raises(IndexError):
+            recording.read(index)
+    for region in ((0, 0, 7, 4), (2, 0, 2, 4), (-1, 0, 3, 3), (0, 3, 3, 1)):
+        with pytest.raises(ValueError, match="region"):
+            recording.read(0, region)
+
+
+REAL = SHARED / "photron" / "ball_12bit.cihx"
+
+
+@pytest.mark.skipif(not REAL.exists(), reason=f"real recordings absent: {SHARED}")
+def test_a_real_recording() -> None:
+    recording = open_recording(REAL)
+    info = recording.info
+    assert (info.frame_count, info.width, info.height, info.bit_depth) == (15, 384, 384, 12)
+    assert (info.fps, info.exposure_s) == (30000.0, pytest.approx(20e-6))
+    assert recording.camera_frames().tolist() == list(range(52, 67))
+    frames = [recording.read(index) for index in range(15)]
+    sums = [int(frame.sum(dtype=np.int64)) for frame in frames]
+    assert sums[:3] == [515377976, 515217314, 515156446]
+    assert sum(sums) == 7728115494
+    assert (min(f.min() for f in frames), max(f.max() for f in frames)) == (84, 4095)
+    np.testing.assert_array_equal(recording.read(7, (101, 33, 250, 300)), frames[7][33:300, 101:250])
