@@ -2,10 +2,39 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.compiled import compiled
+from wentry_cli.contours.arc import J, quadrant_table, sector_angles, semi_axes
 from wentry_cli.contours.ellipse import SilhouetteFit
+from wentry_cli.contours.likelihood import COUNT
+from wentry_cli.contours.refine import (
+    HALF_PX,
+    SECTOR_ANGLE,
+    SECTOR_PX,
+    Band,
+    farthest,
+    first_belief,
+    gather_band,
+    invert_block,
+    residual_statistics,
+    solve_band,
+)
+from wentry_cli.contours.sectors import LEAST_PIXELS, LEVEL_IN, WEIGHT
 from wentry_cli.imaging.patch import Patch
+
+Floats = NDArray[np.float64]
+
+# How much a real bottom may depart from the ellipse in third and fourth order at the ends of the cap, share of R.
+PRIOR_SHAPE = 0.004
+LEAST_KEPT = 0.6
+MOST_SHIFT_PX = 3.0
+FOUND, OCCLUDED, POOR, OUT_OF_FRAME = 0.0, 1.0, 2.0, 3.0
+STATUS_WORDS = ("ok", "occluded", "poor_fit", "out_of_frame")
 
 
 @dataclass(frozen=True)
@@ -26,5 +55,101 @@ def fit_local_bottom(
     half_angle_deg: float = 30.0,
     motion_px: tuple[float, float] = (0.0, 0.0),
 ) -> BottomFit:
-    """Locate the lowest point from the edge within ``half_angle_deg`` of the bottom."""
-    raise NotImplementedError
+    """Locate the lowest point from the edge within ``half_angle_deg`` of the bottom.
+
+    The angle is the eccentric one of the fitted ellipse, that is the cap of the undeformed sphere. The ellipse only
+    says where to look: the outline of the cap is the ellipse plus a free displacement, slope and curvature, and third
+    and fourth order under a prior, fitted to the pixels as in `fit_silhouette`.
+    """
+    if fit.status != "ok":
+        return BottomFit(math.nan, math.nan, math.nan, math.nan, fit.status)
+    values = np.ascontiguousarray(patch.values, dtype=np.float32)
+    shape = fit.shape.vector() - np.array([patch.x0, patch.y0, 0.0, 0.0, 0.0])
+    settings = np.array([-math.inf, *motion_px, patch.ceiling, 0.0])
+    found = refine_bottom(values, shape, math.radians(half_angle_deg), settings)
+    status = STATUS_WORDS[int(found[4])]
+    if status != "ok":
+        return BottomFit(math.nan, math.nan, math.nan, math.nan, status)
+    return BottomFit(float(found[0]) + patch.x0, float(found[1]) + patch.y0, float(found[2]), float(found[3]), status)
+
+
+@compiled
+def cap_rows(shape: Floats, phi: Floats, half_angle: float) -> tuple[Floats, float, float]:
+    """Places of the sectors on the cap, -1 to 1 and NaN off it; angle of the lowest point and its depth, px."""
+    a, b = semi_axes(shape)
+    across, along = -a * math.sin(shape[4]), b * math.cos(shape[4])
+    lowest = math.atan2(along, across)
+    place = np.empty(phi.size)
+    for k in range(phi.size):
+        turn = (phi[k] - lowest + math.pi) % (2.0 * math.pi) - math.pi
+        place[k] = turn / half_angle if abs(turn) <= half_angle else math.nan
+    return place, lowest, math.hypot(across, along)
+
+
+@compiled
+def cap_band(band: Band, place: Floats) -> Band:
+    """The band without what is off the cap, its Jacobian that of the powers of the place."""
+    rows = band.rows.copy()
+    for k in range(rows.shape[0]):
+        for i in range(5):
+            rows[k, J + i] = 0.0 if math.isnan(place[k]) else place[k] ** i
+    kept = 0
+    pixels, sectors = np.empty_like(band.pixels), np.empty_like(band.sectors)
+    for n in range(band.sectors.size):
+        if not math.isnan(place[band.sectors[n]]):
+            pixels[kept] = band.pixels[n]
+            sectors[kept] = band.sectors[n]
+            kept += 1
+    return Band(pixels[:kept], sectors[:kept], rows, band.scene, band.settings)
+
+
+@compiled
+def lowest_place(moved: Floats, depth: float, half_angle: float) -> float:
+    """Place where depth * cos(angle) plus the fitted displacement is lowest (Newton's method)."""
+    t = 0.0
+    for _ in range(6):
+        angle = half_angle * t
+        slope = moved[1] + t * (2.0 * moved[2] + t * (3.0 * moved[3] + 4.0 * t * moved[4]))
+        bend = 2.0 * moved[2] + t * (6.0 * moved[3] + 12.0 * t * moved[4])
+        first = slope - depth * half_angle * math.sin(angle)
+        second = bend - depth * half_angle**2 * math.cos(angle)
+        if not second < 0.0:
+            return math.nan
+        t -= first / second
+    return t
+
+
+@compiled
+def refine_bottom(
+    values: NDArray[np.float32], shape: Floats, half_angle: float, settings: Floats
+) -> tuple[float, float, float, float, float]:
+    """Column, row and its uncertainty (patch px), residual (px) and the index of the status word."""
+    nan = math.nan
+    a, b = semi_axes(shape)
+    count, table = quadrant_table(a, b, SECTOR_PX, SECTOR_ANGLE)
+    place, lowest, depth = cap_rows(shape, sector_angles(count, table), half_angle)
+    settings[0] = shape[1] + depth * math.cos(half_angle) - 2.0 * HALF_PX
+    cap = cap_band(gather_band(values, shape, settings), place)
+    seen = len(np.unique(cap.sectors)) / max(1, int(np.sum(~np.isnan(place))))
+    if seen < LEAST_KEPT:
+        return nan, nan, nan, nan, OUT_OF_FRAME
+    belief = first_belief(cap)
+    if math.isnan(belief.nuisance[LEVEL_IN]):
+        return nan, nan, nan, nan, OUT_OF_FRAME
+    belief.precision[3:] = 1.0 / (PRIOR_SHAPE * shape[2]) ** 2
+    moved, factor, sums, verdict = solve_band(cap, belief, np.arange(5))
+    if factor.size == 0:
+        return nan, nan, nan, nan, POOR
+    kept = np.sum(verdict[:, WEIGHT]) / max(1, int(np.sum(sums[:, COUNT] >= LEAST_PIXELS)))
+    if kept < LEAST_KEPT:
+        return nan, nan, nan, nan, OCCLUDED
+    residual, chi2 = residual_statistics(sums, verdict, 3)
+    t = lowest_place(moved, depth, half_angle)
+    if math.isnan(chi2) or not abs(t) < 1.0 or farthest(cap.rows, moved) > MOST_SHIFT_PX:
+        return nan, nan, nan, nan, POOR
+    covariance = invert_block(factor, 5, max(1.0, chi2))
+    powers = np.array([1.0, t, t * t, t**3, t**4])
+    row = shape[1] + depth * math.cos(half_angle * t) + np.sum(powers * moved)
+    phi = lowest + half_angle * t
+    column = shape[0] + a * math.cos(phi) * math.cos(shape[4]) + b * math.sin(phi) * math.sin(shape[4])
+    return column, row, math.sqrt(np.sum(powers * (covariance @ powers))), residual, FOUND

@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.contours.arc import LENGTH, J, Y, arc_geometry, quadrant_table, sector_angles, semi_axes
+from wentry_cli.contours.arc import LENGTH, J, arc_geometry, quadrant_table, sector_angles, semi_axes
 from wentry_cli.contours.band import collect_band
 from wentry_cli.contours.likelihood import (
     COUNT,
-    COUNT_IN,
-    COUNT_OUT,
-    SQUARE_IN,
-    SQUARE_OUT,
     STATE,
     SUMS,
     accumulate,
     first_levels,
 )
-from wentry_cli.contours.normal_equations import factorise, median_of, substitute
+from wentry_cli.contours.normal_equations import factorise, substitute
+from wentry_cli.contours.nuisances import PRIOR_LN_S, Belief, add_priors, noise_levels, priors, weigh_noise
 from wentry_cli.contours.sectors import (
     LEAST_PIXELS,
     LEVEL_IN,
@@ -29,8 +27,7 @@ from wentry_cli.contours.sectors import (
     LN_S,
     MOVED,
     NUISANCES,
-    SLOPE_X,
-    SLOPE_Y,
+    VARIANCE,
     VERDICT,
     WEIGHT,
     assemble,
@@ -44,56 +41,28 @@ Ints = NDArray[np.int64]
 
 SECTOR_PX = 6.0
 SECTOR_ANGLE = math.radians(12.0)
-INNER_PX, OUTER_PX = 5.0, 5.0
-PRIOR_LN_S = math.log(1.08)
-PRIOR_LN_S_UNC = 0.35
-PRIOR_LEVEL_UNC = 0.1
-PRIOR_SLOPE_PER_PX = 2e-4
+HALF_PX = 4.5
+SETTLED_PX = 0.004
+RECOLLECT_PX = 0.25
 ROUNDS = 6
+COLLECTIONS = 4
 # Entries of the report of `refine_shape`.
 STATUS, BLUR, ARC, GATED, RESIDUAL, IN, OUT, REPORT = 0, 1, 2, 3, 4, 5, 6, 7
 SINGULAR, LOST = 1.0, 2.0
 
 
-@compiled
-def noise_levels(sums: Floats, verdict: Floats, noise: Floats) -> None:
-    """Robust variance of a pixel on the dark and on the bright side of the edge, into ``noise``."""
-    for side in range(2):
-        count, square = (COUNT_IN, SQUARE_IN) if side == 0 else (COUNT_OUT, SQUARE_OUT)
-        means = np.empty(sums.shape[0])
-        number = 0
-        for k in range(sums.shape[0]):
-            if sums[k, count] >= 0.4 * LEAST_PIXELS and verdict[k, WEIGHT] > 0.0:
-                means[number] = sums[k, square] / sums[k, count]
-                number += 1
-        if number >= 4:
-            noise[side] = max(1e-8, median_of(means, number))
-    # the median of a mean of few squares lies low, and the two sides may not differ without bounds
-    noise[0] = max(noise[0], 0.02 * noise[1])
-    noise[1] = max(noise[1], 0.02 * noise[0])
+class Band(NamedTuple):
+    """Pixels about the outline, the sectors they fall into, and what the scene is like.
 
+    ``scene`` holds centre (x, y), radius and motion (x, y); ``settings`` the top row, the motion (x, y), the ceiling
+    and 1 where outliers lie outside only.
+    """
 
-@compiled
-def add_priors(normal: Floats, right: Floats, nuisance: Floats, prior: Floats, first: int) -> None:
-    """Gaussian priors on the nuisances: ``prior`` holds their means and variances as two rows."""
-    for i in range(NUISANCES):
-        normal[first + i, first + i] += 1.0 / prior[1, i]
-        right[first + i] -= (nuisance[i] - prior[0, i]) / prior[1, i]
-
-
-@compiled
-def priors(nuisance: Floats, radius: float, ceiling: float) -> Floats:
-    """Means and variances of the nuisances, given first guesses of the levels."""
-    prior = np.zeros((2, NUISANCES))
-    contrast = abs(nuisance[LEVEL_OUT] - nuisance[LEVEL_IN])
-    prior[0, LEVEL_IN], prior[0, LEVEL_OUT] = nuisance[LEVEL_IN], nuisance[LEVEL_OUT]
-    prior[1, LEVEL_IN] = prior[1, LEVEL_OUT] = (PRIOR_LEVEL_UNC * contrast) ** 2
-    prior[1, SLOPE_X] = prior[1, SLOPE_Y] = (PRIOR_SLOPE_PER_PX * radius * nuisance[LEVEL_OUT]) ** 2
-    prior[0, LN_S], prior[1, LN_S] = PRIOR_LN_S, PRIOR_LN_S_UNC**2
-    if nuisance[LEVEL_OUT] >= ceiling:
-        prior[0, LEVEL_OUT] = max(1.0, 1.02 * ceiling)
-        prior[1, LEVEL_OUT] = 0.02**2
-    return prior
+    pixels: Floats
+    sectors: Ints
+    rows: Floats
+    scene: Floats
+    settings: Floats
 
 
 @compiled
@@ -121,17 +90,15 @@ def update(
 
 
 @compiled
-def arc_shares(rows: Floats, sums: Floats, verdict: Floats, top_y: float) -> tuple[float, float, float]:
-    """Share of the perimeter looked at, share of that left out, and share of the perimeter below ``top_y``."""
-    total, seen, kept, below = 0.0, 0.0, 0.0, 0.0
+def arc_shares(rows: Floats, sums: Floats, verdict: Floats) -> tuple[float, float]:
+    """Share of the perimeter that has pixels, and the share of that which was left out."""
+    total, seen, kept = 0.0, 0.0, 0.0
     for k in range(rows.shape[0]):
         total += rows[k, LENGTH]
-        if rows[k, Y] >= top_y:
-            below += rows[k, LENGTH]
         if sums[k, COUNT] >= LEAST_PIXELS:
             seen += rows[k, LENGTH]
             kept += rows[k, LENGTH] * verdict[k, WEIGHT]
-    return seen / total, 1.0 - kept / max(seen, 1e-9), below / total
+    return seen / total, 1.0 - kept / max(seen, 1e-9)
 
 
 @compiled
@@ -144,7 +111,7 @@ def residual_statistics(sums: Floats, verdict: Floats, size: int) -> tuple[float
             number += 1
             weights += weight
             squares += weight * verdict[k, MOVED] ** 2
-            chi2 += weight * verdict[k, MOVED] ** 2 / verdict[k, 1]
+            chi2 += weight * verdict[k, MOVED] ** 2 / verdict[k, VARIANCE]
     if number <= size:
         return math.nan, math.nan
     return math.sqrt(squares / weights), chi2 / max(1.0, weights - size)
@@ -165,77 +132,106 @@ def invert_block(factor: Floats, size: int, inflation: float) -> Floats:
 
 
 @compiled
+def gather_band(values: NDArray[np.float32], shape: Floats, settings: Floats) -> Band:
+    """Cut the outline of ``shape`` into sectors and collect the pixels about it."""
+    a, b = semi_axes(shape)
+    count, table = quadrant_table(a, b, SECTOR_PX, SECTOR_ANGLE)
+    rows = arc_geometry(shape, sector_angles(count, table))
+    motion = 0.5 * math.hypot(settings[1], settings[2])
+    limits = np.array([min(HALF_PX + motion, 0.5 * min(a, b)), HALF_PX + motion, settings[0]])
+    pixels, sectors, _ = collect_band(values, shape, count, table, limits)
+    scene = np.array([shape[0], shape[1], shape[2], settings[1], settings[2]])
+    return Band(pixels, sectors, rows, scene, settings)
+
+
+@compiled
+def first_belief(band: Band) -> Belief:
+    """Levels from the pixels away from the edge; the level inside is NaN where no sector has any."""
+    nuisance = np.zeros(NUISANCES)
+    low, high = first_levels(band.pixels, band.sectors, band.rows.shape[0])
+    nuisance[LEVEL_IN], nuisance[LEVEL_OUT] = low, 1.0 if math.isnan(high) else high
+    nuisance[LN_S] = PRIOR_LN_S
+    prior = priors(nuisance, band.scene[2], band.settings[3])
+    return Belief(nuisance, prior, np.zeros(2), np.full(2, 1e-6), np.zeros(5))
+
+
+@compiled
+def solve_band(band: Band, belief: Belief, free: Ints) -> tuple[Floats, Floats, Floats, Floats]:
+    """Gauss-Newton steps of the free parameters over one band of pixels; ``belief`` is changed in place.
+
+    Returns the total step (5), the Cholesky factor of the last normal matrix (empty where it was singular), the sums
+    and the verdict of the sectors.
+    """
+    count = band.rows.shape[0]
+    sums, state = np.zeros((count, SUMS)), np.zeros((count, STATE))
+    verdict = np.zeros((count, VERDICT))
+    moved = np.zeros(5)
+    normal = np.zeros((0, 0))
+    for turn in range(ROUNDS):
+        set_state(state, band.rows, moved, belief.nuisance, band.scene)
+        fresh = belief.noise[1] == 0.0
+        if fresh:
+            belief.noise[:] = 1.0
+        accumulate(band.pixels, band.sectors, state, belief.noise, band.settings[3], sums)
+        if fresh:
+            weigh_noise(sums, verdict, belief.noise)
+        level_spread(sums, belief.spread)
+        judge(sums, belief.spread, band.settings[4] > 0.0, verdict)
+        normal, right = assemble(sums, verdict, band.rows, free, band.scene, belief.spread)
+        add_priors(normal, right, free, moved, belief)
+        good, change = update(normal, right, free, band.rows, moved, belief.nuisance)
+        if not good:
+            return moved, np.zeros((0, 0)), sums, verdict
+        noise_levels(sums, verdict, belief.noise)
+        if (turn > 0 and change < SETTLED_PX) or change > 2.0:
+            break
+    return moved, normal, sums, verdict
+
+
+@compiled
+def farthest(rows: Floats, moved: Floats) -> float:
+    """Greatest displacement of the outline under a parameter step, px."""
+    far = 0.0
+    for k in range(rows.shape[0]):
+        displacement = 0.0
+        for i in range(5):
+            displacement += rows[k, J + i] * moved[i]
+        far = max(far, abs(displacement))
+    return far
+
+
+@compiled
 def refine_shape(values: NDArray[np.float32], shape: Floats, free: Ints, settings: Floats) -> tuple[Floats, Floats]:
     """Maximise the likelihood from a start that is right to a fraction of a pixel; ``shape`` is moved in place.
 
-    ``settings`` holds the top row, the motion (x, y), the ceiling and 1 where outliers lie outside only. Returns the
-    covariance of the free parameters and the report (status, blur, arc, gated, residual, levels inside and outside).
+    ``settings`` as in `Band`. Returns the covariance of the free parameters and the report (status, blur, arc,
+    gated, residual, levels inside and outside).
     """
     report = np.zeros(REPORT)
-    size = free.size
-    noise = np.ones(2)
-    nuisance = np.zeros(NUISANCES)
-    nuisance[LN_S] = PRIOR_LN_S
-    spread = np.full(2, 1e-6)
-    covariance = np.zeros((size, size))
-    prior = np.zeros((2, NUISANCES))
-    scene = np.array([0.0, 0.0, 0.0, settings[1], settings[2]])
-    for collection in range(4):
-        a, b = semi_axes(shape)
-        count, table = quadrant_table(a, b, SECTOR_PX, SECTOR_ANGLE)
-        rows = arc_geometry(shape, sector_angles(count, table))
-        limits = np.array([min(INNER_PX, 0.5 * min(a, b)), OUTER_PX, settings[0]])
-        pixels, sectors, _ = collect_band(values, shape, count, table, limits)
-        sums, state = np.zeros((4 * count, SUMS)), np.zeros((4 * count, STATE))
-        verdict = np.zeros((4 * count, VERDICT))
-        verdict[:, WEIGHT] = 1.0
-        scene[:3] = shape[:3]
-        if collection == 0:
-            nuisance[LEVEL_IN], nuisance[LEVEL_OUT] = first_levels(pixels, sectors, 4 * count)
-            if math.isnan(nuisance[LEVEL_IN]):
-                report[STATUS] = LOST
-                return covariance, report
-            if math.isnan(nuisance[LEVEL_OUT]):
-                nuisance[LEVEL_OUT] = 1.0
-            prior = priors(nuisance, shape[2], settings[3])
-            noise[:] = 1e-4
-        moved = np.zeros(5)
-        for turn in range(ROUNDS):
-            set_state(state, rows, moved, nuisance, scene)
-            accumulate(pixels, sectors, state, noise, settings[3], sums)
-            if collection == 0 and turn == 0:
-                before = 0.5 * (noise[0] + noise[1])
-                noise_levels(sums, verdict, noise)
-                sums[:, :COUNT] *= before / (0.5 * (noise[0] + noise[1]))
-                sums[:, COUNT + 1] *= before / (0.5 * (noise[0] + noise[1]))
-            level_spread(sums, spread)
-            judge(sums, spread, settings[4] > 0.0, verdict)
-            normal, right = assemble(sums, verdict, rows, free, scene, spread)
-            add_priors(normal, right, nuisance, prior, size)
-            good, change = update(normal, right, free, rows, moved, nuisance)
-            report[ARC], report[GATED], _ = arc_shares(rows, sums, verdict, settings[0])
-            if not good:
-                report[STATUS] = SINGULAR
-                return covariance, report
-            noise_levels(sums, verdict, noise)
-            if (turn > 0 and change < 0.004) or change > 2.0:
-                break
-        far = 0.0
-        for k in range(rows.shape[0]):
-            displacement = 0.0
-            for i in range(5):
-                displacement += rows[k, J + i] * moved[i]
-            far = max(far, abs(displacement))
+    report[STATUS] = LOST
+    nothing = np.zeros((free.size, free.size))
+    band = gather_band(values, shape, settings)
+    belief = first_belief(band)
+    if math.isnan(belief.nuisance[LEVEL_IN]):
+        return nothing, report
+    moved, factor, sums, verdict = solve_band(band, belief, free)
+    for _ in range(COLLECTIONS):
+        report[ARC], report[GATED] = arc_shares(band.rows, sums, verdict)
+        if factor.size == 0:
+            report[STATUS] = SINGULAR
+            return nothing, report
+        far = farthest(band.rows, moved)
         shape += moved
         if far > 4.0 or not (0.3 < shape[3] < 4.0 and shape[2] > 2.0):
-            report[STATUS] = LOST
-            return covariance, report
-        if far < 0.25:
+            return nothing, report
+        if far < RECOLLECT_PX:
             break
-    report[RESIDUAL], chi2 = residual_statistics(sums, verdict, size)
+        band = gather_band(values, shape, settings)
+        moved, factor, sums, verdict = solve_band(band, belief, free)
+    report[RESIDUAL], chi2 = residual_statistics(sums, verdict, free.size)
     if math.isnan(chi2):
-        report[STATUS] = LOST
-        return covariance, report
-    report[BLUR] = math.exp(nuisance[LN_S])
-    report[IN], report[OUT] = nuisance[LEVEL_IN], nuisance[LEVEL_OUT]
-    return invert_block(normal, size, max(1.0, chi2)), report
+        return nothing, report
+    report[STATUS] = 0.0
+    report[BLUR] = math.exp(belief.nuisance[LN_S])
+    report[IN], report[OUT] = belief.nuisance[LEVEL_IN], belief.nuisance[LEVEL_OUT]
+    return invert_block(factor, free.size, max(1.0, chi2)), report

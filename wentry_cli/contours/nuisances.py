@@ -1,0 +1,103 @@
+"""What is not asked for but must be known: grey levels, slope of the ground, blur and noise, with their priors."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.compiled import compiled
+from wentry_cli.contours.likelihood import CHI2, COUNT, COUNT_IN, COUNT_OUT, SQUARE_IN, SQUARE_OUT
+from wentry_cli.contours.normal_equations import median_of
+from wentry_cli.contours.sectors import (
+    LEAST_PIXELS,
+    LEVEL_IN,
+    LEVEL_OUT,
+    LN_S,
+    NUISANCES,
+    SLOPE_X,
+    SLOPE_Y,
+    WEIGHT,
+)
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+PRIOR_LN_S = math.log(1.08)
+PRIOR_LN_S_UNC = 0.35
+PRIOR_LEVEL_UNC = 0.1
+PRIOR_SLOPE_PER_PX = 2e-4
+
+
+class Belief(NamedTuple):
+    """What is known beside the shape, changed in place: nuisances, their priors (means, variances), noise, spread.
+
+    ``noise`` are variances of a pixel inside and outside, ``spread`` those of the sectors' own levels.
+    ``precision`` are inverse variances of Gaussian priors about 0 on the steps of the five parameters.
+    """
+
+    nuisance: Floats
+    prior: Floats
+    noise: Floats
+    spread: Floats
+    precision: Floats
+
+
+@compiled
+def noise_levels(sums: Floats, verdict: Floats, noise: Floats) -> None:
+    """Robust variance of a pixel on the dark and on the bright side of the edge, into ``noise``."""
+    for side in range(2):
+        count, square = (COUNT_IN, SQUARE_IN) if side == 0 else (COUNT_OUT, SQUARE_OUT)
+        means = np.empty(sums.shape[0])
+        number = 0
+        for k in range(sums.shape[0]):
+            if sums[k, count] >= 0.4 * LEAST_PIXELS and verdict[k, WEIGHT] > 0.0:
+                means[number] = sums[k, square] / sums[k, count]
+                number += 1
+        if number >= 4:
+            noise[side] = max(1e-8, median_of(means, number))
+    # the median of a mean of few squares lies low, and the two sides may not differ without bounds
+    noise[0] = max(noise[0], 0.02 * noise[1])
+    noise[1] = max(noise[1], 0.02 * noise[0])
+
+
+@compiled
+def add_priors(normal: Floats, right: Floats, free: Ints, moved: Floats, belief: Belief) -> None:
+    """Gaussian priors on the steps of the free parameters and on the nuisances."""
+    size = free.size
+    for i in range(size):
+        normal[i, i] += belief.precision[free[i]]
+        right[i] -= moved[free[i]] * belief.precision[free[i]]
+    for i in range(NUISANCES):
+        variance = belief.prior[1, i]
+        normal[size + i, size + i] += 1.0 / variance
+        right[size + i] -= (belief.nuisance[i] - belief.prior[0, i]) / variance
+
+
+@compiled
+def priors(nuisance: Floats, radius: float, ceiling: float) -> Floats:
+    """Means and variances of the nuisances, given first guesses of the levels."""
+    prior = np.zeros((2, NUISANCES))
+    contrast = abs(nuisance[LEVEL_OUT] - nuisance[LEVEL_IN])
+    prior[0, LEVEL_IN], prior[0, LEVEL_OUT] = nuisance[LEVEL_IN], nuisance[LEVEL_OUT]
+    prior[1, LEVEL_IN] = prior[1, LEVEL_OUT] = (PRIOR_LEVEL_UNC * contrast) ** 2
+    prior[1, SLOPE_X] = prior[1, SLOPE_Y] = (PRIOR_SLOPE_PER_PX * radius * nuisance[LEVEL_OUT]) ** 2
+    prior[0, LN_S], prior[1, LN_S] = PRIOR_LN_S, PRIOR_LN_S_UNC**2
+    if nuisance[LEVEL_OUT] >= ceiling:
+        prior[0, LEVEL_OUT] = max(1.0, 1.02 * ceiling)
+        prior[1, LEVEL_OUT] = 0.02**2
+    return prior
+
+
+@compiled
+def weigh_noise(sums: Floats, verdict: Floats, noise: Floats) -> None:
+    """First estimate of the noise from sums that were taken with unit variance, which are rescaled."""
+    verdict[:, WEIGHT] = 1.0
+    noise_levels(sums, verdict, noise)
+    mean = 0.5 * (noise[0] + noise[1])
+    for k in range(sums.shape[0]):
+        for i in range(COUNT):
+            sums[k, i] /= mean
+        sums[k, CHI2] /= mean
