@@ -1,0 +1,144 @@
+"""The command line without videos: help, wrong words, exit codes, messages; no traceback reaches a user."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+EXPERIMENT = """\
+kind: water_entry
+sphere: {diameter_m: 0.051, density_kg_m3: 1070, material: rigid}
+views:
+  side: {source: side, fps: 2000}
+"""
+
+
+def wentry(*words: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    """Run the command line as a user does."""
+    command = [sys.executable, "-m", "wentry_cli.cli.main", *map(str, words)]
+    environment = {**os.environ, "PYTHONUTF8": "1"}
+    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, check=False, env=environment, timeout=300)
+
+
+def _drop(folder: Path, text: str = EXPERIMENT) -> Path:
+    folder.mkdir(parents=True)
+    (folder / "experiment.yaml").write_text(text)
+    return folder
+
+
+def test_help_lists_every_command_of_the_contract() -> None:
+    done = wentry("--help")
+    assert done.returncode == 0
+    names = "process fit report run calibrate render info check init status compare bench doctor".split()
+    assert [
+        line.split()[0] for line in done.stdout.splitlines() if line.startswith("  ") and line.split()[0] in names
+    ] == names
+
+
+@pytest.mark.parametrize(
+    "name", "process fit report run calibrate render info check init status compare bench doctor".split()
+)
+def test_every_command_explains_itself(name: str) -> None:
+    done = wentry(name, "--help")
+    assert done.returncode == 0, done.stderr
+    assert "Usage:" in done.stdout
+
+
+def test_help_answers_at_once() -> None:
+    best = min(_seconds("--help") for _ in range(5))
+    bare = min(_seconds_bare() for _ in range(5))
+    # 0.2 s on an idle machine; the interpreter's own start is what a busy one adds
+    assert best < 0.2 + max(0.0, bare - 0.05)
+
+
+def _seconds(*words: str) -> float:
+    started = time.perf_counter()
+    wentry(*words)
+    return time.perf_counter() - started
+
+
+def _seconds_bare() -> float:
+    started = time.perf_counter()
+    subprocess.run([sys.executable, "-c", "pass"], check=True)
+    return time.perf_counter() - started
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "sentence"),
+    [
+        (("proces", "x"), 2, "Did you mean 'process'?"),
+        (("process",), 2, "Missing argument 'VIDEO_DIR'"),
+        (("process", "nowhere"), 4, "nowhere: no such folder"),
+        (("process", "nowhere", "--until", "trak"), 2, "Invalid value for '--until'"),
+        (("fit", "nowhere"), 4, "nowhere: no such folder; run `wentry process VIDEO_DIR"),
+        (("report", "nowhere"), 4, "nowhere: no such folder"),
+        (("status", "nowhere"), 4, "nowhere: no such folder"),
+        (("compare", "nowhere", "nowhere"), 4, "nowhere"),
+        (("info", "nowhere"), 4, "nowhere"),
+        (("render", "nowhere.yaml"), 3, "nowhere.yaml"),
+        (("check", "nowhere"), 4, "nowhere"),
+        (("calibrate", "compression", "nowhere.csv", "--diameter-m", "0.05"), 4, "nowhere.csv"),
+        (("calibrate", "impact", "nowhere"), 4, "nowhere"),
+    ],
+)
+def test_wrong_words_get_a_sentence(tmp_path: Path, words: tuple[str, ...], code: int, sentence: str) -> None:
+    done = wentry(*words, cwd=tmp_path)
+    assert done.returncode == code, done.stderr
+    assert sentence in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not [item for item in tmp_path.iterdir() if item.suffix == ".csv"]
+
+
+def test_wrong_configuration_writes_nothing(tmp_path: Path) -> None:
+    _drop(tmp_path / "videos" / "a", EXPERIMENT.replace("diameter_m", "diametre_m"))
+    done = wentry("process", "videos", cwd=tmp_path)
+    assert done.returncode == 3
+    assert "did you mean diameter_m?" in done.stderr
+    assert not (tmp_path / "results").exists()
+
+
+def test_missing_source(tmp_path: Path) -> None:
+    _drop(tmp_path / "a")
+    for words in (("process", "a"), ("check", "a")):
+        done = wentry(*words, cwd=tmp_path)
+        assert done.returncode == 4, done.stderr
+        assert str(Path("a") / "side") in done.stderr
+        assert "Traceback" not in done.stderr
+    assert not list((tmp_path / "results").rglob("*.csv"))
+
+
+def test_unknown_drop_is_named(tmp_path: Path) -> None:
+    _drop(tmp_path / "videos" / "a")
+    done = wentry("process", "videos", "--drop", "b", cwd=tmp_path)
+    assert done.returncode == 4
+    assert "has no drop b; its drops are a" in done.stderr
+
+
+def test_dry_run_tells_the_plan_and_does_nothing(tmp_path: Path) -> None:
+    folder = _drop(tmp_path / "a")
+    (folder / "side").mkdir()
+    done = wentry("process", "a", "-n", "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    steps = {step["stage"]: step["action"] for step in json.loads(done.stdout)["a"]}
+    assert steps == {"ingest": "run", "track": "run", "cavity": "run", "stretch": "not_needed", "kinematics": "run"}
+    assert not (tmp_path / "results").exists()
+
+
+def test_init_then_check(tmp_path: Path) -> None:
+    done = wentry("init", "new", cwd=tmp_path)
+    assert done.returncode == 0
+    done = wentry("check", "new", cwd=tmp_path)
+    assert done.returncode == 4, "the recording is still missing"
+    assert wentry("init", "new", cwd=tmp_path).returncode == 4
+
+
+def test_doctor_finds_this_installation_sound() -> None:
+    done = wentry("doctor", "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["problems"] == []
