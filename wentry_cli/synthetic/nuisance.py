@@ -113,7 +113,8 @@ def _draw_jet(course: Course, t: float, view: SideGeometry) -> list[Polygon]:
     width = 0.04 * radius
     y = cavity.y_p_m
     jet = np.array([[width, y - length], [0.4 * width, y + length], [-0.4 * width, y + length], [-width, y - length]])
-    return view.draw(jet, 0.1, IN_FRONT)
+    born = float(cavity.born[np.argmin(np.abs(cavity.depth + y))])
+    return view.draw(shift_outline(jet, course.scene.switches.drift_m_s * born, 0.0), 0.1, IN_FRONT)
 
 
 def draw_side_nuisance(course: Course, t: float, outline: Floats, view: SideGeometry) -> list[Polygon]:

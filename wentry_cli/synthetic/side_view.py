@@ -13,7 +13,7 @@ from wentry_cli.synthetic.course import Course
 from wentry_cli.synthetic.nuisance import draw_side_nuisance, draw_static
 from wentry_cli.synthetic.outline import draw_sphere_outline, shift_outline
 from wentry_cli.synthetic.raster import Polygon
-from wentry_cli.synthetic.splash import draw_crown_profile, find_crown
+from wentry_cli.synthetic.splash import draw_crown_profile, draw_rim_jets, find_crown
 
 Floats = NDArray[np.float64]
 CROWN, WALL, CORE, FILM, SPHERE, SPHERE_CORE, FRONT = 1, 2, 3, 4, 6, 7, 8
@@ -31,6 +31,7 @@ class Instant:
     outline: Floats
     depth: Floats
     wall: Floats
+    wall_x_m: Floats
 
 
 @lru_cache(maxsize=16)
@@ -55,16 +56,18 @@ def see_instant(course: Course, t: float) -> Instant:
     x = switches.drift_m_s * t
     outline = np.column_stack([outline[:, 0] + x, y - outline[:, 1]])
     if course.cavity is None or t <= 0.0:
-        return Instant(t, x, y, stretch, outline, np.empty(0), np.empty(0))
+        return Instant(t, x, y, stretch, outline, np.empty(0), np.empty(0), np.empty(0))
     wall = course.cavity.wall(t)
     born = np.isfinite(wall)
-    return Instant(t, x, y, stretch, outline, course.cavity.depth[born], wall[born])
+    wall_x = switches.drift_m_s * course.cavity.born[born]
+    return Instant(t, x, y, stretch, outline, course.cavity.depth[born], wall[born], wall_x)
 
 
-def _mirror(half: Floats, x: float) -> Floats:
-    """Closed outline from a right half profile (radius, height)."""
-    left = half[::-1] * (-1.0, 1.0)
-    return shift_outline(np.concatenate([half, left]), x, 0.0)
+def _mirror(half: Floats, x: Floats | float) -> Floats:
+    """Closed outline from a half profile (radius, height) about an axis at ``x``, a number or one for each height."""
+    right = np.column_stack([x + half[:, 0], half[:, 1]])
+    left = np.column_stack([x - half[:, 0], half[:, 1]])
+    return np.concatenate([right, left[::-1]])
 
 
 def _draw_cavity(course: Course, now: Instant, view: SideGeometry) -> list[Polygon]:
@@ -75,7 +78,8 @@ def _draw_cavity(course: Course, now: Instant, view: SideGeometry) -> list[Polyg
     lamp = camera.lamp
     half = np.column_stack([now.wall, -now.depth])
     mouth = np.array([[now.wall[0], 0.0]])
-    polygons = view.draw(_mirror(np.concatenate([mouth, half]), now.x_m), lamp.dark, WALL)
+    axis = np.concatenate([now.wall_x_m[:1], now.wall_x_m])
+    polygons = view.draw(_mirror(np.concatenate([mouth, half]), axis), lamp.dark, WALL)
     slope = np.gradient(now.wall, now.depth) if now.depth.size > 3 else np.zeros_like(now.wall)
     share = find_core_share(lamp.lamp_half_angle_deg) / np.sqrt(1.0 + slope**2)
     inside = now.depth > 0.05 * course.motion.radius_m
@@ -83,7 +87,7 @@ def _draw_cavity(course: Course, now: Instant, view: SideGeometry) -> list[Polyg
     for k in range(CORE_STEPS):
         width = core * (1.0 - 0.5 * (k / CORE_STEPS) ** 2)
         level = lamp.dark + (0.8 - lamp.dark) * (k + 1) / CORE_STEPS
-        body = _mirror(np.column_stack([width, -now.depth[inside]]), now.x_m)
+        body = _mirror(np.column_stack([width, -now.depth[inside]]), now.wall_x_m[inside])
         polygons += view.draw(body, level, CORE * 10 + k) if len(body) > 3 else []
     return polygons + _draw_films(course, now, view)
 
@@ -91,7 +95,8 @@ def _draw_cavity(course: Course, now: Instant, view: SideGeometry) -> list[Polyg
 def find_film(course: Course, now: Instant, start: tuple[float, float]) -> Floats:
     """Rim of a later cavity inside the earlier one: its half profile (radius, height), empty where there is none.
 
-    The second expansion throws up a film from the depth where it starts, as the first impact does from the surface.
+    The second expansion throws up a film from the depth where it starts, as the first impact does from the surface;
+    it leans inward, so that it is seen as a second dark wall in the bright core.
     """
     s = now.t - start[0]
     if s <= 0.0 or now.depth.size < 4 or course.cavity is None:
@@ -101,8 +106,8 @@ def find_film(course: Course, now: Instant, start: tuple[float, float]) -> Float
     if at.sum() < 4:
         return np.empty((0, 2))
     base = float(now.wall[at][-1])
-    climb = (start[1] - now.depth[at]) / course.motion.radius_m
-    radius = np.minimum(base * (1.0 + 0.15 * climb), 0.9 * now.wall[at])
+    climb = (start[1] - now.depth[at]) / (0.7 * course.motion.radius_m)
+    radius = np.minimum(base * (1.0 - 0.5 * climb**0.35), 0.9 * now.wall[at])
     return np.column_stack([radius, -now.depth[at]])
 
 
@@ -110,14 +115,15 @@ def _draw_films(course: Course, now: Instant, view: SideGeometry) -> list[Polygo
     polygons: list[Polygon] = []
     if course.cavity is None:
         return polygons
-    thick = 0.05 * course.motion.radius_m
+    thick = 0.08 * course.motion.radius_m
     for start in course.cavity.starts[:1]:
         film = find_film(course, now, start)
         if len(film):
             inner = np.column_stack([np.maximum(film[:, 0] - thick, 0.0), film[:, 1]])
             ring = np.concatenate([film, inner[::-1]])
             for side in (1.0, -1.0):
-                polygons += view.draw(shift_outline(ring * (side, 1.0), now.x_m, 0.0), 0.15, FILM * 10)
+                x = course.scene.switches.drift_m_s * start[0]
+                polygons += view.draw(shift_outline(ring * (side, 1.0), x, 0.0), 0.15, FILM * 10)
     return polygons
 
 
@@ -129,12 +135,15 @@ def _draw_crown(course: Course, now: Instant, view: SideGeometry) -> list[Polygo
     profile = draw_crown_profile(crown, switches.ragged_crown, course.scene.seed)
     front = FRONT * 10 if switches.opaque_crown else CROWN * 10
     body_level = 0.1 if switches.opaque_crown else 0.5
-    polygons = [Polygon(view.to_air(_mirror(profile, now.x_m)), body_level, front)]
+    polygons = [Polygon(view.to_air(_mirror(profile, 0.0)), body_level, front)]
     thick = 0.10 * course.motion.radius_m
     inner = np.column_stack([np.maximum(profile[:, 0] - thick, 0.0), profile[:, 1]])
     ring = np.concatenate([profile, inner[::-1]])
     for side in (1.0, -1.0):
-        polygons.append(Polygon(view.to_air(shift_outline(ring * (side, 1.0), now.x_m, 0.0)), 0.12, front + 1))
+        polygons.append(Polygon(view.to_air(ring * (side, 1.0)), 0.12, front + 1))
+    if switches.ragged_crown:
+        jets = draw_rim_jets(crown, switches.ragged_crown, course.scene.seed)
+        polygons.append(Polygon(view.to_air(jets), body_level, front))
     return polygons
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.synthetic.course import Course
+from wentry_cli.synthetic.ring_cavity import find_contact
 
 Floats = NDArray[np.float64]
 
@@ -34,9 +35,11 @@ def find_crown(course: Course, t: float, wall: Floats) -> Crown:
     slowing = 2.0 * diameter / speed
     height = physics.crown_speed * speed * slowing * (1.0 - np.exp(-t / slowing)) - 0.25 * physics.gravity_m_s2 * t * t
     height = max(float(height), 0.2 * diameter if t > course.dome_over_s else 0.0)
+    contact_depth, contact_radius = find_contact(course.motion, physics, np.array([t]))
     known = wall[np.isfinite(wall)]
-    mouth = float(known[: max(1, known.size // 50)].max()) if known.size else 0.0
-    mouth = max(mouth, 0.3 * diameter * min(1.0, t * speed / diameter))
+    # While the contact line lies in the surface the crown stands on it; later on the first rings of the cavity.
+    mouth = float(known[: max(1, known.size // 50)].max()) if known.size and contact_depth[0] > 0.0 else 0.0
+    mouth = max(mouth, float(contact_radius[0]) if contact_depth[0] < 0.1 * course.motion.radius_m else 0.0)
     share = min(t / course.dome_over_s, 1.0)
     rim = (mouth + physics.crown_lean * height) * max(1.0 - share**4, 0.0)
     return Crown(mouth, height, rim)
@@ -52,3 +55,20 @@ def draw_crown_profile(crown: Crown, ragged: float, seed: int) -> Floats:
         wave = sum(rng.normal() / k * np.sin(k * 5.0 * share + rng.uniform(0, 6.28)) for k in range(1, 5))
         radius = radius * (1.0 + 0.08 * ragged * wave * share)
     return np.stack([radius, height], axis=1)
+
+
+def draw_rim_jets(crown: Crown, ragged: float, seed: int, jets: int = 17) -> Floats:
+    """Jets that rise from the rim and sheets that hang at the contact line: a closed ragged outline in metres."""
+    rng = np.random.default_rng(seed + 3)
+    across = np.sort(rng.uniform(-1.0, 1.0, jets))
+    reach = ragged * crown.rim_height_m * rng.uniform(0.05, 0.7, jets)
+    width = 0.5 * rng.uniform(0.02, 0.08, jets) * max(crown.rim_radius_m, 0.2 * crown.mouth_m)
+    points = [np.array([[-crown.rim_radius_m, crown.rim_height_m]])]
+    for a, r, w in zip(across, reach, width, strict=True):
+        x, h = a * crown.rim_radius_m, crown.rim_height_m
+        points.append(np.array([[x - w, h], [x * 1.1 - 0.3 * w, h + r], [x * 1.1 + 0.3 * w, h + r], [x + w, h]]))
+    points.append(np.array([[crown.rim_radius_m, crown.rim_height_m]]))
+    foot = np.linspace(0.9 * crown.mouth_m, -0.9 * crown.mouth_m, 2 * jets)
+    hang = -ragged * 0.2 * crown.rim_height_m * rng.uniform(0.0, 1.0, 2 * jets)
+    points.append(np.column_stack([foot, hang]))
+    return np.concatenate(points)

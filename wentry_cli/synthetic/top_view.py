@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.synthetic.course import Course
 from wentry_cli.synthetic.raster import Polygon
+from wentry_cli.synthetic.ring_cavity import find_contact
 from wentry_cli.synthetic.splash import find_crown
 
 Floats = NDArray[np.float64]
@@ -57,6 +58,8 @@ def find_opening(course: Course, t: float) -> float:
     """Radius of the hole in the crown through which the camera sees the sphere, m; inf where there is no crown."""
     if course.cavity is None or t <= 0.0:
         return float("inf")
+    if float(find_contact(course.motion, course.scene.physics, np.array([t]))[0][0]) <= 0.0:
+        return float("inf")
     crown = find_crown(course, t, course.cavity.wall(t))
     if crown.rim_height_m == 0.0:
         return float("inf") if t < course.dome_over_s else 0.0
@@ -82,5 +85,6 @@ def draw_top_instant(course: Course, t: float) -> list[Polygon]:
         assert outer is not None
         ring = outer if opening is None else np.concatenate([outer, outer[:1], opening[:1], opening[::-1]])
         # Until the equator has passed the surface the crown stands below the sphere's edge and is hidden by it.
-        polygons.append(Polygon(ring + middle, 0.3, 2 if y < 0.0 else 0))
+        behind = float(find_contact(motion, scene.physics, np.array([t]))[0][0]) <= 0.0
+        polygons.append(Polygon(ring + middle, 0.3, 0 if behind else 2))
     return polygons
