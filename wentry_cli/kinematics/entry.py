@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,11 +55,14 @@ def solve_entry_motion(
     ones and zeros). Before impact a stretch that agrees with 1 is taken as 1 (see ``stretch_in_air``).
     """
     times = np.asarray(times_s, dtype=float)
+    rigid = bool(np.all(stretch[1] == 0.0))
     resting = stretch_in_air(times, *stretch)
     height, height_unc = centre_height(*bottom, *resting, radius_m)
+    # the impact stops the bottom of a soft sphere at once, its centre only by and by
+    stopped = replace(ballistic, velocity_jump=0.0 if rigid else _speed(times, bottom[0]))
     tracks = [
-        smooth_track(times, y, u, events_s=(0.0,), mode=mode, ballistic=ballistic)
-        for y, u in (bottom, (height, height_unc))
+        smooth_track(times, y, u, events_s=(0.0,), mode=mode, ballistic=known)
+        for y, u, known in ((*bottom, stopped), (height, height_unc, ballistic))
     ]
     low, middle = (track.frames for track in tracks)
     seen, known = np.isfinite(bottom[0]), np.isfinite(height)
@@ -78,6 +81,12 @@ def solve_entry_motion(
         bottom=tracks[0],
         centre=tracks[1],
     )
+
+
+def _speed(times: Array, height: Array) -> float:
+    """A rough speed, m/s: the median step between measured frames."""
+    good = np.isfinite(height)
+    return float(np.median(np.abs(np.diff(height[good]) / np.diff(times[good])))) if good.sum() > 1 else 0.0
 
 
 def stretch_in_air(times_s: Array, stretch: Array, stretch_unc: Array) -> tuple[Array, Array]:

@@ -18,12 +18,14 @@ class Ballistic:
     """What is known before and at the first event.
 
     ``acceleration`` before it and its ``uncertainty``, m/s²; NaN leaves it free. ``position_jump`` is the standard
-    deviation, m, of a step of the measured position at the event (a scale that changes at the waterline).
+    deviation, m, of a step of the measured position at the event (a scale that changes at the waterline);
+    ``velocity_jump``, m/s, of a step of the velocity (the bottom of a soft sphere is stopped, its centre is not).
     """
 
     acceleration: float = float("nan")
     uncertainty: float = 0.0
     position_jump: float = 0.0
+    velocity_jump: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -86,7 +88,8 @@ def prepare(
         np.zeros(order),
         covariance,
     )
-    return _with_nodes(record, frames, values, 1.0 / weights, (ballistic.position_jump / noise) ** 2)
+    jumps = ((ballistic.velocity_jump * interval / noise) ** 2, (ballistic.position_jump / noise) ** 2)
+    return _with_nodes(record, frames, values, 1.0 / weights, jumps)
 
 
 def _centre(frames: Array, values: Array, weights: Array, case: tuple[int, int, float]) -> tuple[Array, Array]:
@@ -111,7 +114,7 @@ def _centre(frames: Array, values: Array, weights: Array, case: tuple[int, int, 
     return centre, covariance
 
 
-def _with_nodes(record: Record, frames: Array, values: Array, variance: Array, step: float) -> Record:
+def _with_nodes(record: Record, frames: Array, values: Array, variance: Array, jumps: tuple[float, float]) -> Record:
     """Interleave frames and events by time, an event before the frame of the same instant."""
     inside = [(i, t) for i, t in enumerate(record.events) if t > frames[0]]
     rows = np.zeros((frames.size + len(inside), 4))
@@ -120,7 +123,7 @@ def _with_nodes(record: Record, frames: Array, values: Array, variance: Array, s
     rows[: frames.size, 2] = variance
     rows[: frames.size, 3] = -1.0
     for row, (i, t) in enumerate(inside, start=frames.size):
-        rows[row] = (t, 0.0, step if i == 0 else 0.0, i)
+        rows[row] = (t, *(jumps if i == 0 else (0.0, 0.0)), i)
     rows = rows[np.lexsort((-rows[:, 3], rows[:, 0]))]
     return Record(**{**record.__dict__, "nodes": np.ascontiguousarray(rows)})
 

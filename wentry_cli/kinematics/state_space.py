@@ -106,10 +106,11 @@ def density(law: Array, events: Array, strengths: Array, start: float, stop: flo
 
 
 @compiled
-def jump(P: Array, law: Array, strength: float, shift: float) -> None:
-    """Widen ``P`` in place by a jump of the acceleration (and jerk), and of the position by the variance ``shift``."""
+def jump(P: Array, law: Array, strength: float, node: Array) -> None:
+    """Widen ``P`` in place by a jump of the acceleration (and jerk), and by those that the event's node names."""
     m = P.shape[0]
-    P[0, 0] += shift
+    P[0, 0] += node[2]
+    P[1, 1] += node[1]
     if m > 2:
         P[2, 2] += (strength * law[3]) ** 2
     if m > 3:
@@ -122,8 +123,8 @@ def log_likelihood(
 ) -> tuple[float, float]:
     """Return (Σ log F, Σ v²/F) of the innovations v and their variances F.
 
-    ``nodes`` has the rows (time, value, variance, event): ``event`` is −1 at a frame, else the index of the event,
-    whose ``variance`` is that of a jump of the position.
+    ``nodes`` has the rows (time, value, variance, event): ``event`` is −1 at a frame, else the index of the event, and
+    then ``value`` and ``variance`` are the variances of a jump of the velocity and of the position.
     """
     x = start_mean.copy()
     P = start_covariance.copy()
@@ -137,7 +138,7 @@ def log_likelihood(
         now = time
         event = int(nodes[k, 3])
         if event >= 0:
-            jump(P, law, strengths[event], nodes[k, 2])
+            jump(P, law, strengths[event], nodes[k])
         else:
             innovation, total = update(x, P, nodes[k, 1], nodes[k, 2])
             logs += math.log(total)
@@ -168,7 +169,7 @@ def filter_forward(
         now = time
         event = int(nodes[k, 3])
         if event >= 0:
-            jump(P, law, strengths[event], nodes[k, 2])
+            jump(P, law, strengths[event], nodes[k])
         else:
             column = P[:, 0].copy()
             innovation, total = update(x, P, nodes[k, 1], nodes[k, 2])

@@ -1,0 +1,134 @@
+"""The speeds of a drop, from its tables: U₀ at impact, U₁ after the first period, their difference and error bars."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from wentry_cli.kinematics.entry import fall_before_impact, fall_speed, impact_velocity
+from wentry_cli.kinematics.interpolation import hermite, nearest
+from wentry_cli.scaling.dimensionless import velocity_loss
+from wentry_cli.stages.drop_tables import column, first_row, number
+from wentry_cli.tables import has_table, read_table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from wentry_cli.config.campaign import Drop
+
+SOURCES = ("kinematics", "kinematics_model")
+LONGEST_GAP_FRAMES = 4.5
+
+
+@dataclass(frozen=True)
+class Speeds:
+    """U₀, U₁ (positive downwards), ΔU/U₀ and uncertainties; NaN where not known. ``source`` is the table used."""
+
+    impact: float
+    impact_unc: float
+    after: float
+    after_unc: float
+    loss: float
+    loss_unc: float
+    source: str
+
+
+NO_SPEEDS = Speeds(*(math.nan,) * 6, source="")
+
+
+def measured_speeds(folder: Path, drop: Drop) -> Speeds:
+    """Speeds of an entry, from the first of the tables that knows both (a rigid sphere: U₀), else U₀ alone."""
+    air, water = _scale_uncertainties(folder, drop)
+    found = [
+        _speeds_from(read_table(folder, name), folder, name, (air, water))
+        for name in preferred_sources(drop)
+        if has_table(folder, name)
+    ]
+    complete = [s for s in found if math.isfinite(s.loss)]
+    partial = [s for s in found if math.isfinite(s.impact)]
+    return (complete or partial or [NO_SPEEDS])[0]
+
+
+def preferred_sources(drop: Drop) -> tuple[str, ...]:
+    """The tables of velocities, the one that ``analysis.stretch`` asks for first."""
+    return SOURCES if drop.experiment.analysis.stretch == "measured" else SOURCES[::-1]
+
+
+def impact_speed_alone(folder: Path, drop: Drop) -> Speeds:
+    """U₀ of a drop on a rigid surface, from its heights before impact."""
+    side, experiment = read_table(folder, "side"), drop.experiment
+    air, _ = _scale_uncertainties(folder, drop)
+    fall = fall_before_impact(
+        experiment.gravity_m_s2,
+        number({"v": experiment.drop.impact_speed_m_s}, "v", 5.0),
+        experiment.sphere.radius_m,
+        experiment.sphere.density or 1000.0,
+    )
+    speed, unc = fall_speed(column(side, "t_s"), column(side, "y_b_m"), column(side, "y_b_m_unc"), fall)
+    return Speeds(speed, math.hypot(unc, speed * air), math.nan, math.nan, math.nan, math.nan, "")
+
+
+def velocity_at(table: pd.DataFrame, when: float) -> tuple[float, float]:
+    """Return v_c at a time between frames and its standard uncertainty; NaN in a gap or outside the record."""
+    times = column(table, "t_s")
+    gap = LONGEST_GAP_FRAMES * float(np.median(np.diff(times))) if times.size > 1 else 0.0
+    value = hermite(times, column(table, "v_c_m_s"), column(table, "a_c_m_s2"), when, longest_gap=gap)
+    unc = nearest(times, column(table, "v_c_m_s_unc"), when) if math.isfinite(value) else math.nan
+    return value, unc
+
+
+def bottom_at(table: pd.DataFrame, when: float) -> tuple[float, float]:
+    """Return y_b at a time between frames and its standard uncertainty; NaN in a gap or outside the record."""
+    times = column(table, "t_s")
+    gap = LONGEST_GAP_FRAMES * float(np.median(np.diff(times))) if times.size > 1 else 0.0
+    value = hermite(times, column(table, "y_b_m"), column(table, "v_b_m_s"), when, longest_gap=gap)
+    unc = nearest(times, column(table, "y_b_m_unc"), when) if math.isfinite(value) else math.nan
+    return value, unc
+
+
+def velocity_before_impact(table: pd.DataFrame) -> tuple[float, float]:
+    """Return v_c(0⁻) and its standard uncertainty."""
+    return impact_velocity(
+        column(table, "t_s"), column(table, "v_c_m_s"), column(table, "v_c_m_s_unc"), column(table, "a_c_m_s2")
+    )
+
+
+def _speeds_from(table: pd.DataFrame, folder: Path, source: str, scale: tuple[float, float]) -> Speeds:
+    """U₀ and U₁ of one table; the scale's error is common to both and drops out of ΔU/U₀ where the scales agree."""
+    air, water = scale
+    velocity, noise = velocity_before_impact(table)
+    impact = -velocity
+    impact_unc = math.hypot(noise, impact * air)
+    period = first_row(folder, "periods")
+    end, end_unc = number(period, "t_end_s"), number(period, "t_end_s_unc", 0.0)
+    after = after_unc = loss = loss_unc = math.nan
+    if math.isfinite(end):
+        velocity, after_noise = velocity_at(table, end)
+        acceleration = nearest(column(table, "t_s"), column(table, "a_c_m_s2"), end)
+        after = -velocity
+        after_noise = math.hypot(after_noise, acceleration * end_unc)
+        after_unc = math.hypot(after_noise, after * water)
+        loss = velocity_loss(impact, after)
+        apart = math.sqrt(abs(water**2 - air**2))
+        loss_unc = math.hypot(after_noise / impact, after * noise / impact**2, after / impact * apart)
+    return Speeds(impact, impact_unc, after, after_unc, loss, loss_unc, source)
+
+
+def _scale_uncertainties(folder: Path, drop: Drop) -> tuple[float, float]:
+    """Relative uncertainties of the scales in air and water, no less than that of the diameter they rest on."""
+    geometry = first_row(folder, "geometry", view="side")
+    sphere = drop.experiment.sphere
+    least = sphere.diameter_m_unc / sphere.diameter_m if text_is_auto(drop) else 0.0
+    air = number(geometry, "scale_px_per_m_unc", 0.0) / number(geometry, "scale_px_per_m", math.inf)
+    water = number(geometry, "scale_water_px_per_m_unc", 0.0) / number(geometry, "scale_water_px_per_m", math.inf)
+    return max(air, least), max(water, least)
+
+
+def text_is_auto(drop: Drop) -> bool:
+    """Whether a scale of the side view is taken from the diameter."""
+    view = drop.experiment.views.side
+    return view is not None and "auto" in (view.scale_pair.air, view.scale_pair.water)

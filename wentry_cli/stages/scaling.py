@@ -1,0 +1,118 @@
+"""Stage ``scaling`` of a campaign: all drops in one ``summary.csv``, and the paper's relations (``scaling.csv``)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.scaling.dimensionless import elastic_time
+from wentry_cli.scaling.regression import Regression, fit_line, fit_power_law
+from wentry_cli.stages.drop_tables import column
+from wentry_cli.stages.summary import summary_of
+from wentry_cli.tables import new_table, write_table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from wentry_cli.config.campaign import Drop
+
+Array = NDArray[np.float64]
+SEED = 20_170
+SOFTEST = 0.2  # below this stiffness ratio the paper's ΔU/U₀ goes to 1 and follows no power law
+
+
+@dataclass(frozen=True)
+class Relation:
+    """A relation to be fitted: its name, the columns of x and y, the paper's value (slope, or exponent)."""
+
+    name: str
+    x: str
+    y: str
+    paper_value: float = float("nan")
+    power_law: bool = False
+
+
+LINES = (
+    Relation("period_exp", "elastic_time_s", "period_s", 1.4),
+    Relation("period_model", "elastic_time_s", "period_model_s", 1.2),
+    Relation("pinch_off_d", "froude", "tp_u0_over_d"),
+    Relation("pinch_off_deff", "froude_eff", "tp_u0_over_deff", 1.3),
+    Relation("pinch_off_deff_froude", "froude", "tp_u0_over_deff", 1.3),
+)
+LOSS = Relation("delta_u", "stiffness_ratio", "delta_u_over_u0", -0.5, power_law=True)
+
+
+def run(results: Path, drops: list[Drop]) -> None:
+    """Collect the summaries of ``drops`` and fit every relation, through the origin and with an intercept."""
+    import pandas as pd
+
+    rows = [summary_of(results / drop.name) for drop in sorted(drops, key=lambda d: d.name)]
+    known = [row for row in rows if row is not None]
+    table = pd.concat(known, ignore_index=True) if known else new_table("summary", {})
+    write_table(results, "summary", table)
+    write_table(results, "scaling", scaling_table(table))
+
+
+def scaling_table(summary: pd.DataFrame) -> pd.DataFrame:
+    """Return ``scaling.csv`` of a campaign from its ``summary.csv``."""
+    values = _values(summary)
+    _, spheres = np.unique(summary["sphere_id"].fillna("").to_numpy(dtype=str), return_inverse=True)
+    rows = []
+    for relation in LINES:
+        for intercept in (False, True):
+            random = np.random.default_rng(SEED)
+            found = fit_line(values[relation.x], values[relation.y], spheres, random, intercept=intercept)
+            rows.append(_row(relation, found, "_intercept" if intercept else ""))
+    found = fit_power_law(values[LOSS.x], values[LOSS.y], spheres, np.random.default_rng(SEED))
+    rows.append(_row(LOSS, found, ""))
+    return new_table("scaling", {name: [row[name] for row in rows] for name in rows[0]})
+
+
+def _values(summary: pd.DataFrame) -> dict[str, Array]:
+    """Abscissas and ordinates; NaN where a drop takes no part in a relation."""
+    names = (
+        "period_s",
+        "tp_u0_over_d",
+        "tp_u0_over_deff",
+        "froude",
+        "froude_eff",
+        "stiffness_ratio",
+        "delta_u_over_u0",
+    )
+    values = {name: column(summary, name) for name in names}
+    entry = (summary["kind"] == "water_entry").to_numpy(dtype=bool, na_value=False)
+    rigid = (summary["rigid"] == "true").to_numpy(dtype=bool, na_value=False)
+    sphere_seal = (summary["seal_type"] == "sphere_seal").to_numpy(dtype=bool, na_value=False)
+    sizes = zip(*(column(summary, n) for n in ("diameter_m", "g_inf_pa", "density_kg_m3")), strict=True)
+    values["elastic_time_s"] = np.array([elastic_time(*size) for size in sizes])
+    values["period_s"] = np.where(entry & ~rigid, values["period_s"], np.nan)
+    values["period_model_s"] = values["period_s"] / column(summary, "time_ratio")
+    for name in ("tp_u0_over_d", "tp_u0_over_deff"):
+        values[name] = np.where(entry & ~sphere_seal, values[name], np.nan)
+    stiff = entry & ~rigid & (values["stiffness_ratio"] > SOFTEST)
+    values["delta_u_over_u0"] = np.where(stiff, values["delta_u_over_u0"], np.nan)
+    return values
+
+
+def _row(relation: Relation, found: Regression, suffix: str) -> dict[str, Any]:
+    return {
+        "relation": relation.name + suffix,
+        "x": relation.x,
+        "y": relation.y,
+        "slope": found.slope,
+        "slope_unc": found.slope_unc,
+        "slope_low": found.slope_low,
+        "slope_high": found.slope_high,
+        "intercept": found.intercept,
+        "exponent": found.exponent,
+        "exponent_unc": found.exponent_unc,
+        "r_squared": found.r_squared,
+        "residual_scatter": found.residual_scatter,
+        "n": found.n,
+        "paper_value": relation.paper_value,
+        "status": found.status,
+    }

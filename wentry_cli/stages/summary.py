@@ -1,0 +1,198 @@
+"""Stage ``summary``: one row of numbers for the drop and its force coefficients (``summary.csv``, ``forces.csv``)."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wentry_cli.cavity.cavity_number import pinch_off_cavity
+from wentry_cli.scaling import dimensionless
+from wentry_cli.stages.drop_forces import forces_table
+from wentry_cli.stages.drop_speeds import NO_SPEEDS, Speeds, impact_speed_alone, measured_speeds
+from wentry_cli.stages.drop_tables import Row, column, first_row, number, text
+from wentry_cli.tables import has_table, new_table, read_table, write_table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from wentry_cli.config.campaign import Drop
+
+PEAKS = 5
+
+
+def run(folder: Path, drop: Drop) -> None:
+    """Write ``summary.csv`` and, for an entry seen from the side, ``forces.csv``."""
+    experiment = drop.experiment
+    speeds = _speeds(folder, drop)
+    pinch_off = first_row(folder, "events", event="pinch_off")
+    row = _description(drop) | _counts(folder, drop) | _speed_columns(drop, speeds)
+    if experiment.kind == "free_flight":
+        row |= _flight(folder)
+    if experiment.deformable:
+        row |= _oscillation(folder)
+    if experiment.kind == "water_entry":
+        row |= _water_numbers(drop, speeds)
+        row |= _pinch_off(folder, drop, pinch_off, speeds.impact)
+        if has_table(folder, "kinematics"):
+            write_table(folder, "forces", forces_table(folder, drop, speeds, number(pinch_off, "t_s")))
+    row["status"] = _status(folder, drop, row, pinch_off)
+    write_table(folder, "summary", new_table("summary", {name: [value] for name, value in row.items()}))
+
+
+def _speeds(folder: Path, drop: Drop) -> Speeds:
+    if drop.experiment.kind == "free_flight" or not has_table(folder, "side"):
+        return NO_SPEEDS
+    if drop.experiment.kind == "surface_impact":
+        return impact_speed_alone(folder, drop)
+    return measured_speeds(folder, drop)
+
+
+def _description(drop: Drop) -> Row:
+    """What was known before anything was measured."""
+    experiment, sphere = drop.experiment, drop.experiment.sphere
+    release = experiment.drop
+    expected = release.impact_speed_m_s
+    if expected is None and release.height_m is not None:
+        expected = dimensionless.speed_from_height(release.height_m, experiment.gravity_m_s2)
+    return {
+        "drop": drop.name,
+        "kind": experiment.kind,
+        "condition": experiment.condition,
+        "repeat": experiment.repeat,
+        "sphere_id": sphere.group,
+        "rigid": "true" if sphere.rigid else "false",
+        "diameter_m": sphere.diameter_m,
+        "density_kg_m3": sphere.density,
+        "g_inf_pa": drop.material.g_inf_pa if drop.material is not None else math.nan,
+        "speed_from_height_m_s": expected,
+    }
+
+
+def _counts(folder: Path, drop: Drop) -> Row:
+    """Frames of the leading view with status ok (or set by hand), and frames in its clip."""
+    leading = drop.experiment.sides[0]
+    if not has_table(folder, leading):
+        return {"frames_measured": 0, "frames_total": 0}
+    view = read_table(folder, leading)
+    total = len(view)
+    if has_table(folder, "frames"):
+        frames = read_table(folder, "frames")
+        total = max(total, int((frames["view"] == leading).sum()))
+    return {"frames_measured": int(view["status"].isin(["ok", "manual"]).sum()), "frames_total": total}
+
+
+def _speed_columns(drop: Drop, speeds: Speeds) -> Row:
+    return {
+        "impact_speed_m_s": speeds.impact,
+        "impact_speed_m_s_unc": speeds.impact_unc,
+        "speed_after_period_m_s": speeds.after,
+        "delta_u_over_u0": speeds.loss,
+        "delta_u_over_u0_unc": speeds.loss_unc,
+        "velocity_source": speeds.source or None,
+        "froude": dimensionless.froude(speeds.impact, drop.experiment.sphere.diameter_m, drop.experiment.gravity_m_s2),
+    }
+
+
+def _flight(folder: Path) -> Row:
+    """The constant acceleration of a free flight."""
+    if not has_table(folder, "kinematics"):
+        return {}
+    table = read_table(folder, "kinematics")
+    known = table[table["a_c_m_s2"].notna()]
+    if known.empty:
+        return {}
+    first = {str(k): v for k, v in known.iloc[0].items()}
+    return {name: number(first, name.replace("acceleration", "a_c")) for name in FLIGHT_COLUMNS}
+
+
+FLIGHT_COLUMNS = ("acceleration_m_s2", "acceleration_m_s2_unc")
+
+
+def _oscillation(folder: Path) -> Row:
+    """Free period, its ratio to the model's, the first peaks."""
+    first = first_row(folder, "periods")
+    row: Row = {
+        "period_s": number(first, "peak_to_peak_s"),
+        "period_s_unc": number(first, "peak_to_peak_s_unc"),
+        "time_ratio": number(first_row(folder, "model_fit"), "time_ratio"),
+    }
+    for n, peak in enumerate(_peaks(folder)[:PEAKS], start=1):
+        row[f"stretch_peak_{n}"] = peak
+    return row
+
+
+def _peaks(folder: Path) -> list[float]:
+    if not has_table(folder, "periods"):
+        return []
+    return [float(v) for v in column(read_table(folder, "periods"), "stretch_peak")]
+
+
+def _water_numbers(drop: Drop, speeds: Speeds) -> Row:
+    """Bond, Reynolds and stiffness ratio."""
+    experiment, liquid = drop.experiment, drop.experiment.liquid
+    diameter, gravity = experiment.sphere.diameter_m, experiment.gravity_m_s2
+    row: Row = {
+        "bond": dimensionless.bond(diameter, liquid.density_kg_m3, liquid.surface_tension_n_m, gravity),
+        "reynolds": dimensionless.reynolds(speeds.impact, diameter, liquid.density_kg_m3, liquid.viscosity_pa_s),
+    }
+    if drop.material is not None:
+        row["stiffness_ratio"] = dimensionless.stiffness_ratio(
+            drop.material.g_inf_pa, speeds.impact, liquid.density_kg_m3
+        )
+    return row
+
+
+def _pinch_off(folder: Path, drop: Drop, event: Row, impact_speed: float) -> Row:
+    """When, where and how the cavity closes, and the diameter that scales it."""
+    diameter, gravity = drop.experiment.sphere.diameter_m, drop.experiment.gravity_m_s2
+    t_p, y_p, seal = number(event, "t_s"), number(event, "y_m"), text(event, "value")
+    row: Row = {"t_p_s": t_p, "t_p_s_unc": number(event, "t_s_unc"), "y_p_m": y_p, "seal_type": seal or None}
+    row["tp_u0_over_d"] = t_p * impact_speed / diameter
+    effective = math.nan
+    if drop.experiment.sphere.rigid:
+        effective = diameter if math.isfinite(t_p) and seal != "sphere_seal" else math.nan
+    elif math.isfinite(t_p):
+        cavity = _cavity_number(folder, y_p)
+        row["pinch_off_cavity"] = cavity
+        peaks = _peaks(folder)
+        if cavity is not None and cavity <= len(peaks) and seal != "sphere_seal":
+            effective = dimensionless.effective_diameter(diameter, peaks[cavity - 1])
+    row["diameter_eff_m"] = effective
+    if math.isfinite(effective):
+        row["froude_eff"] = dimensionless.froude(impact_speed, effective, gravity)
+        row["tp_u0_over_deff"] = t_p * impact_speed / effective
+    return row
+
+
+def _cavity_number(folder: Path, neck_y_m: float) -> int | None:
+    if not (has_table(folder, "periods") and has_table(folder, "side")):
+        return None
+    side, starts = read_table(folder, "side"), column(read_table(folder, "periods"), "t_start_s")
+    starts = starts[np.isfinite(starts)]
+    return pinch_off_cavity(neck_y_m, column(side, "t_s"), column(side, "separation_y_m"), starts)
+
+
+def _status(folder: Path, drop: Drop, row: Row, pinch_off: Row) -> str:
+    """The first reason why a number that this scene calls for is missing; ok where none is."""
+    if row["frames_measured"] < drop.experiment.analysis.min_frames:
+        return "too_few"
+    if drop.experiment.kind == "free_flight":
+        return "ok" if math.isfinite(row.get("acceleration_m_s2", math.nan)) else "too_few"
+    reasons: list[tuple[Any, str]] = []
+    if drop.experiment.kind == "water_entry" and drop.experiment.views.side is not None:
+        reasons.append((row["t_p_s"], text(pinch_off, "status") or "no_neck"))
+        reasons.append((row["impact_speed_m_s"], "no_object"))
+        if drop.experiment.deformable:
+            reasons.append((row["delta_u_over_u0"], text(first_row(folder, "periods"), "status") or "too_few"))
+    if drop.experiment.deformable:
+        reasons.append((row.get("period_s", math.nan), text(first_row(folder, "periods"), "status") or "too_few"))
+    missing = [word for value, word in reasons if not math.isfinite(value)]
+    return next((word for word in missing if word != "ok"), "not_identified" if missing else "ok")
+
+
+def summary_of(folder: Path) -> pd.DataFrame | None:
+    """The row of a drop, or ``None`` where its summary was not written."""
+    return read_table(folder, "summary") if has_table(folder, "summary") else None
