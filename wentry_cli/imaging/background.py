@@ -1,0 +1,160 @@
+"""Flat field: the empty scene, its noise and clipping, and the cut-out of a frame in units of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.compiled import compiled
+from wentry_cli.imaging.detection import Candidate, find_spheres
+from wentry_cli.imaging.ground import clean_level, fill_holes, relative_noise
+from wentry_cli.imaging.patch import Patch
+
+DARKEST_GROUND = 0.12
+HOT_PIXEL = 0.25
+GHOST = 0.7
+
+
+@dataclass(frozen=True)
+class Background:
+    """The empty scene of one view.
+
+    ``level`` is its grey level (rows, columns) and ``gain`` turns a grey level into transmission (NaN where a pixel
+    is hot or the scene too dark to divide by); a bright sphere on a dark ground is mapped to dark on 1.0 with
+    ``contrast`` as the grey-level step of the sphere. ``noise`` is the standard deviation of the transmission of
+    plain ground; ``ceiling`` the transmission at which the sensor clips.
+    """
+
+    level: NDArray[np.float32]
+    gain: NDArray[np.float32]
+    noise: float
+    ceiling: float
+    full_scale: float
+    contrast: float
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return self.level.shape[0], self.level.shape[1]
+
+
+def build_background(
+    samples: NDArray[Any], full_scale: float, *, polarity: str = "dark", empty: bool = False
+) -> Background:
+    """Build the flat field from sampled frames (frames, rows, columns) of grey levels up to ``full_scale``.
+
+    Spheres found in the samples are left out of them, so that one that hardly moves leaves no ghost; with ``empty``
+    the samples are known to show no sphere and are averaged. For ``bright`` the darkest third counts.
+    """
+    turned: NDArray[Any] = samples if polarity == "dark" else full_scale - samples.astype(np.float32)
+    noise = relative_noise(turned)
+    if empty:
+        level = np.asarray(np.mean(turned, axis=0, dtype=np.float64), np.float32)
+    else:
+        covered, discs = _without_spheres(turned)
+        level = clean_level(covered, noise)
+        level[discs & ~(level > GHOST * np.nanpercentile(level[::4, ::4], 80))] = np.nan
+        level = fill_holes(level)
+    if polarity == "bright":
+        return _bright_background(samples, np.asarray(full_scale - level, np.float32), full_scale)
+    clipped = level >= 0.995 * full_scale
+    gain = np.where(_usable(level), 1.0 / np.maximum(level, 1e-3), np.nan).astype(np.float32)
+    ceiling = 0.995 if np.mean(clipped) > 0.01 else float("inf")
+    return Background(level, gain, noise, ceiling, full_scale, 0.0)
+
+
+def _without_spheres(samples: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.bool_]]:
+    """Samples with the discs of the spheres found in them set to 0, and where any disc lay."""
+    covered = np.maximum(samples, 1)  # 0 stands for covered
+    discs = np.zeros(samples.shape[1:], np.uint8)
+    for frame in covered:
+        for found in spheres_in_raw(frame):
+            reach = int(np.ceil(1.12 * found.radius + 3))
+            centre = (round(found.x), round(found.y))
+            cv2.circle(frame, centre, reach, 0.0, -1)
+            cv2.circle(discs, centre, reach, 1.0, -1)
+    return covered, discs > 0
+
+
+def spheres_in_raw(frame: NDArray[Any]) -> list[Candidate]:
+    """Spheres in a frame without flat field: dark against the level of its bright half."""
+    ground = float(np.percentile(frame[::4, ::4], 80))
+    return find_spheres(frame.astype(np.float32) / max(ground, 1.0))
+
+
+def _usable(level: NDArray[np.float32]) -> NDArray[np.bool_]:
+    bright = float(np.percentile(level[::4, ::4], 90))
+    smooth = np.asarray(cv2.medianBlur(level, 3), np.float32)
+    hot = np.abs(level - smooth) > HOT_PIXEL * smooth
+    usable: NDArray[np.bool_] = (level > DARKEST_GROUND * bright) & ~hot
+    return usable
+
+
+def _bright_background(samples: NDArray[Any], level: NDArray[np.float32], full_scale: float) -> Background:
+    excess = np.asarray(samples[:, ::4, ::4], np.float32) - level[::4, ::4]
+    strong = excess[excess > 0.25 * np.percentile(excess, 99.9)]
+    contrast = float(np.median(strong)) if strong.size else full_scale
+    steps = np.abs(np.diff(excess, axis=0)) if len(excess) > 1 else np.zeros(1)
+    noise = float(1.4826 * np.median(steps) / np.sqrt(2.0)) / max(contrast, 1.0)
+    gain = np.full(level.shape, -1.0 / max(contrast, 1.0), np.float32)
+    return Background(level, gain, noise, float("inf"), full_scale, contrast)
+
+
+@compiled
+def _transmission(
+    raw: NDArray[Any],
+    level: NDArray[np.float32],
+    gain: NDArray[np.float32],
+    bright: bool,
+    out: NDArray[np.float32],
+) -> None:
+    for row in range(raw.shape[0]):
+        for column in range(raw.shape[1]):
+            value = np.float32(raw[row, column])
+            if bright:
+                step = 1.0 + (value - level[row, column]) * gain[row, column]
+                out[row, column] = max(step, -0.25)
+            else:
+                out[row, column] = value * gain[row, column]
+
+
+def cut_patch(raw: NDArray[Any], x0: int, y0: int, background: Background) -> Patch:
+    """Turn the raw grey levels of a region whose first pixel is column ``x0``, row ``y0`` into a patch."""
+    rows = slice(y0, y0 + raw.shape[0])
+    columns = slice(x0, x0 + raw.shape[1])
+    values = np.empty(raw.shape, np.float32)
+    bright = background.contrast > 0
+    _transmission(raw, background.level[rows, columns], background.gain[rows, columns], bright, values)
+    return Patch(values, x0, y0, background.noise, background.ceiling)
+
+
+def steadied(patch: Patch, shape: tuple[float, float, float, float]) -> Patch:
+    """Divide out the flicker of the light: the median of the plain ground beside and below a shape becomes 1.
+
+    ``shape`` is the ellipse (x, y, semi-axis across, semi-axis along) in full-frame pixels; the ground above it may be
+    splash or cavity and is not looked at. The patch is returned as it is where the light is steady to 0.3 %, or too
+    little ground is seen.
+    """
+    x, y, across, along = shape
+    values = patch.values[::3, ::3]
+    column = (patch.x0 + 3 * np.arange(values.shape[1]) - x) / (across + 4.0)
+    row = (patch.y0 + 3 * np.arange(values.shape[0]) - y) / (along + 4.0)
+    outside = (column[None, :] ** 2 + row[:, None] ** 2 > 1.1) & (row[:, None] > 0)
+    ground = values[outside]
+    ground = ground[ground > 0.5]
+    if ground.size < 60:
+        return patch
+    gain = float(np.median(ground))
+    if abs(gain - 1.0) < 0.003 or not 0.5 < gain < 2.0:
+        return patch
+    return Patch(patch.values / np.float32(gain), patch.x0, patch.y0, patch.noise_floor, patch.ceiling / gain)
+
+
+def stacked(frames: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """Stack equally large frames to (frames, rows, columns), keeping their type."""
+    return np.stack(list(frames))

@@ -1,0 +1,132 @@
+"""The first coarse look: where in a frame a sphere is, before anything is known about it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+COARSE_SIZE = 360
+HALF_LEVEL = 0.6
+SMALLEST_SPAN = 140.0
+WHOLE_SPAN = 330.0
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A round object: centre and radius in full-frame pixels.
+
+    ``span_deg`` is how much of its outline lies inside the image, ``departure`` the rms distance of that from the
+    circle over the radius.
+    """
+
+    x: float
+    y: float
+    radius: float
+    span_deg: float
+    departure: float
+
+
+def find_spheres(
+    transmission: NDArray[np.float32],
+    *,
+    radius_range: tuple[float, float] = (7.0, math.inf),
+    departure: float = 0.035,
+) -> list[Candidate]:
+    """Find round dark objects in a transmission image (dark on 1.0), whole ones first, then the roundest.
+
+    Outer outlines only, so a bright spot inside does not matter. A sphere that the edge of the image cuts is found
+    where 140° of its outline are seen; a bar, a band or a shadow at the edge is not round. Accuracy is that of the
+    coarse image, a pixel or two.
+    """
+    factor = max(1.0, max(transmission.shape) / COARSE_SIZE)
+    coarse = _coarse(transmission, factor)
+    dark = (~(coarse >= HALF_LEVEL)).astype(np.uint8)
+    contours, _ = cv2.findContours(dark, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    largest = min(radius_range[1], 0.6 * max(transmission.shape))
+    found = (_candidate(np.asarray(contour), coarse.shape, factor) for contour in contours)
+    kept = [
+        item
+        for item in found
+        if item is not None
+        and radius_range[0] <= item.radius <= largest
+        and item.span_deg >= SMALLEST_SPAN
+        and item.departure <= departure + 0.5 * factor / item.radius
+    ]
+    return sorted(kept, key=lambda item: (item.span_deg < WHOLE_SPAN, item.departure))
+
+
+def _coarse(image: NDArray[np.float32], factor: float) -> NDArray[np.float32]:
+    filled = np.nan_to_num(image, nan=1.0)
+    if factor <= 1.0:
+        return filled
+    size = (round(image.shape[1] / factor), round(image.shape[0] / factor))
+    return np.asarray(cv2.resize(filled, size, interpolation=cv2.INTER_AREA), np.float32)
+
+
+def _candidate(contour: NDArray[np.int32], shape: tuple[int, ...], factor: float) -> Candidate | None:
+    points = contour[:, 0, :].astype(np.float64)
+    inside = (points > 0).all(axis=1) & (points[:, 0] < shape[1] - 1) & (points[:, 1] < shape[0] - 1)
+    points = points[inside]
+    if len(points) < 12:
+        return None
+    x, y, radius = _circle_through(points)
+    if not 2.0 < radius < max(shape):
+        return None
+    distance = np.hypot(points[:, 0] - x, points[:, 1] - y)
+    spread = float(np.sqrt(np.mean((distance - radius) ** 2))) / radius
+    angles = np.sort(np.arctan2(points[:, 1] - y, points[:, 0] - x))
+    gap = float(np.max(np.diff(np.append(angles, angles[0] + 2.0 * math.pi))))
+    centre = ((x + 0.5) * factor - 0.5, (y + 0.5) * factor - 0.5)
+    return Candidate(*centre, (radius + 0.5) * factor, 360.0 - math.degrees(gap), spread)
+
+
+def _circle_through(points: NDArray[np.float64]) -> tuple[float, float, float]:
+    """Algebraic least-squares circle (Kåsa 1976): centre and radius."""
+    middle = points.mean(axis=0)
+    u, v = (points - middle).T
+    design = np.stack([u, v, np.ones_like(u)], axis=1)
+    (a, b, c), *_ = np.linalg.lstsq(design, u * u + v * v, rcond=None)
+    return float(middle[0] + a / 2), float(middle[1] + b / 2), math.sqrt(max(c + (a * a + b * b) / 4, 0.0))
+
+
+def find_bottom(transmission: NDArray[np.float32], x0: int, y0: int, x_px: float, half_width: float) -> float:
+    """Row of the lowest dark-to-ground step near column ``x_px`` in a region that starts at ``x0``, ``y0``.
+
+    The median over the columns within ``half_width``, where three rows of ground follow below; NaN where there is none.
+    """
+    first = max(0, round(x_px - half_width) - x0)
+    last = min(transmission.shape[1], round(x_px + half_width) - x0 + 1)
+    if last - first < 1:
+        return math.nan
+    dark = transmission[:, first : last : max(1, (last - first) // 9)] < HALF_LEVEL
+    lowest = dark.shape[0] - 1 - np.argmax(dark[::-1], axis=0)
+    good = dark.any(axis=0) & (lowest < dark.shape[0] - 3)
+    if np.count_nonzero(good) < max(1, dark.shape[1] // 3):
+        return math.nan
+    return float(np.median(lowest[good])) + 0.5 + y0
+
+
+def find_lowest_cap(transmission: NDArray[np.float32], radius: float, *, top_y: float = 0.0) -> Candidate | None:
+    """Find a sphere that hangs below something dark (a cavity) by its lowest cap; ``None`` where nothing is dark.
+
+    ``transmission`` is a whole frame; rows above ``top_y`` are not looked at. The radius is taken as given.
+    """
+    dark = transmission < HALF_LEVEL
+    dark[: max(0, round(top_y))] = False
+    dark[-2:] = False
+    opened = cv2.morphologyEx(dark.astype(np.uint8), cv2.MORPH_OPEN, np.ones((5, 5), np.uint8))
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(opened)
+    sized = [label for label in range(1, count) if stats[label][4] > 0.5 * radius**2]
+    if not sized:
+        return None
+    label = max(sized, key=lambda item: int(stats[item][4]))
+    mask = labels == label
+    lowest = np.where(mask.any(axis=0), mask.shape[0] - 1 - np.argmax(mask[::-1], axis=0), -1)
+    bottom = float(lowest.max())
+    columns = np.flatnonzero(lowest >= bottom - 0.2 * radius)
+    middle = float(np.mean(columns))
+    return Candidate(middle, bottom + 0.5 - radius, radius, 180.0, 0.0)

@@ -1,0 +1,136 @@
+"""The row of the undisturbed free surface, or of the plate, in the empty scene."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+BLOCKS = 24
+WIDEST_BAND = 61
+FAINTEST_DIP = 0.012
+
+
+@dataclass(frozen=True)
+class SurfaceRow:
+    """Row of a surface at a column: centre of its dark band, standard uncertainty, thickness of the band, depth of it.
+
+    ``status`` is ok or ``no_edge`` (nothing like a surface; NaN).
+    """
+
+    y_px: float
+    unc_px: float
+    thickness_px: float
+    contrast: float
+    status: str
+
+
+NO_SURFACE = SurfaceRow(math.nan, math.nan, math.nan, math.nan, "no_edge")
+
+
+def find_free_surface(
+    level: NDArray[np.float32], *, x_px: float | None = None, rows: tuple[float, float] | None = None
+) -> SurfaceRow:
+    """Find the free surface in the empty scene: a dark line or band across the whole picture.
+
+    ``level`` is (rows, columns) of grey levels without the sphere, ``x_px`` the column at which the row is wanted
+    (default: the middle), ``rows`` the range in which to look. The zero of height is the centre of the band: the
+    front and the back meniscus both look dark, the flat surface lies between them. Each of 24 strips gives a centre of
+    gravity of its dip; a line through them without outliers gives the row, their scatter the uncertainty, and never
+    less than a twelfth of the thickness, since the band of a real surface is uneven.
+    """
+    dip = _dip(level)
+    top, bottom = _limits(rows, level.shape[0])
+    strips = np.array_split(np.arange(level.shape[1]), BLOCKS)
+    profiles = np.array([np.median(dip[:, strip], axis=1) for strip in strips])
+    common = np.median(profiles, axis=0)
+    common[:top] = 0.0
+    common[bottom:] = 0.0
+    peak = int(np.argmax(cv2.blur(common[:, None], (1, 3))[:, 0]))
+    contrast = float(common[peak])
+    noise = 1.4826 * float(np.median(np.abs(common[top:bottom] - np.median(common[top:bottom]))))
+    if contrast < max(FAINTEST_DIP, 6.0 * noise):
+        return NO_SURFACE
+    first, last = _extent(common, peak, 0.3 * contrast)
+    middle = np.array([float(strip.mean()) for strip in strips])
+    centres = np.array([_centre(profile, first - 3, last + 4) for profile in profiles])
+    thickness = float(np.sum(common[first : last + 1]) / contrast)
+    return _line(middle, centres, x_px if x_px is not None else level.shape[1] / 2, thickness, contrast)
+
+
+def _limits(rows: tuple[float, float] | None, height: int) -> tuple[int, int]:
+    edge = 4
+    if rows is None:
+        return edge, height - edge
+    return max(edge, int(rows[0])), max(min(height - edge, int(rows[1]) + 1), edge + 1)
+
+
+def _dip(level: NDArray[np.float32]) -> NDArray[np.float32]:
+    """How much darker each pixel is than what lies above and below it within the widest band."""
+    smooth = cv2.blur(level, (9, 1))
+    kernel = np.ones((WIDEST_BAND, 1), np.uint8)
+    closed = cv2.morphologyEx(smooth, cv2.MORPH_CLOSE, kernel)
+    closed = cv2.blur(closed, (9, 9))
+    return np.asarray(1.0 - smooth / np.maximum(closed, 1e-3), np.float32)
+
+
+def _extent(profile: NDArray[np.float32], peak: int, bound: float) -> tuple[int, int]:
+    first = last = peak
+    while first > 0 and profile[first - 1] > bound:
+        first -= 1
+    while last < profile.size - 1 and profile[last + 1] > bound:
+        last += 1
+    return first, last
+
+
+def _centre(profile: NDArray[np.float32], first: int, last: int) -> float:
+    rows = np.arange(max(first, 0), min(last, profile.size))
+    window = profile[rows].astype(np.float64)
+    base = min(window[0], window[-1])
+    weight = np.maximum(window - base, 0.0)
+    if weight.sum() <= 0:
+        return math.nan
+    return float(np.sum(weight * rows) / weight.sum())
+
+
+def _line(
+    columns: NDArray[np.float64], centres: NDArray[np.float64], x_px: float, thickness: float, contrast: float
+) -> SurfaceRow:
+    good = np.isfinite(centres)
+    for _ in range(3):
+        if np.count_nonzero(good) < 4:
+            return NO_SURFACE
+        slope, offset = np.polyfit(columns[good] - x_px, centres[good], 1)
+        left = centres - (offset + slope * (columns - x_px))
+        spread = 1.4826 * float(np.median(np.abs(left[good]))) + 0.02
+        good = np.isfinite(centres) & (np.abs(left) < 3.0 * spread)
+    scatter = float(np.std(left[good])) / math.sqrt(np.count_nonzero(good) / 2.0)
+    return SurfaceRow(float(offset), math.hypot(scatter, _unevenness(thickness)), thickness, contrast, "ok")
+
+
+def _unevenness(thickness: float) -> float:
+    return max(thickness - 3.0, 0.0) / 12.0
+
+
+def find_plate(level: NDArray[np.float32], *, x_px: float | None = None) -> SurfaceRow:
+    """Find the upper edge of a rigid plate in the empty scene: ground above, dark below, across the whole picture.
+
+    Arguments and result as for ``find_free_surface``; the edge is where the level falls to half of that above it.
+    """
+    strips = np.array_split(np.arange(level.shape[1]), BLOCKS)
+    edges = np.array([_falling_edge(np.median(level[:, strip], axis=1)) for strip in strips])
+    middle = np.array([float(strip.mean()) for strip in strips])
+    return _line(middle, edges, x_px if x_px is not None else level.shape[1] / 2, 0.0, 1.0)
+
+
+def _falling_edge(profile: NDArray[np.float32]) -> float:
+    ground = float(np.percentile(profile, 75))
+    dark = profile < 0.5 * ground
+    if not dark[-3:].all() or dark.all():
+        return math.nan
+    row = int(np.flatnonzero(~dark)[-1])
+    above, below = float(profile[row]), float(profile[row + 1])
+    return row + (above - 0.5 * ground) / (above - below)

@@ -1,0 +1,151 @@
+"""A recording as the trackers and the cavity see it: bad frames known beforehand, flat field, sampled frames kept."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.errors import FrameUnreadableError, InputError
+from wentry_cli.frames.formats import open_recording
+from wentry_cli.frames.oriented import orient
+from wentry_cli.imaging.background import Background, build_background
+from wentry_cli.imaging.ground import sample_indices
+from wentry_cli.stages.ingest import OpenView, open_view
+from wentry_cli.tracking.source import read_samples
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from wentry_cli.config.campaign import Drop
+    from wentry_cli.config.models import View
+
+SAMPLE_BYTES = 48_000_000
+MOST_SAMPLES = 28
+FEWEST_SAMPLES = 9
+MOST_EMPTY = 40
+
+
+class Clip:
+    """The frames of one view; frames that ingest found damaged are not tried again."""
+
+    def __init__(self, opened: OpenView, listed: pd.DataFrame) -> None:
+        """Take an open view and its rows of frames.csv."""
+        self.opened = opened
+        self.full_scale = opened.full_scale
+        self.count = opened.info.frame_count
+        self.shape = (opened.info.height, opened.info.width)
+        self.time_s = listed["time_s"].to_numpy(float)
+        self.exposure_s = opened.info.exposure_s
+        self._bad = {
+            int(frame): str(status)
+            for frame, status in zip(listed["frame"], listed["status"], strict=True)
+            if status in {"bad_frame", "gap"}
+        }
+        self._kept: dict[int, NDArray[Any]] = {}
+
+    def read(self, index: int, region: tuple[int, int, int, int] | None = None) -> NDArray[Any]:
+        """Raw grey levels of a frame or of a region of it."""
+        if index in self._bad:
+            raise FrameUnreadableError(f"frame {index} could not be read before", self._bad[index])
+        kept = self._kept.get(index)
+        if kept is None:
+            return np.asarray(self.opened.recording.read(index, region))
+        if region is None:
+            return kept
+        x0, y0, x1, y1 = region
+        return kept[y0:y1, x0:x1]
+
+    def sample(self) -> list[int]:
+        """Read and keep frames that show the whole clip; returns their indices. Bounded in memory."""
+        size = max(1, self.shape[0] * self.shape[1] * (2 if self.full_scale > 255 else 1))
+        limit = int(np.clip(SAMPLE_BYTES // size, FEWEST_SAMPLES, MOST_SAMPLES))
+        for index in sample_indices(self.count, limit):
+            try:
+                self._kept[index] = self.read(index)
+            except FrameUnreadableError as error:
+                self._bad[index] = error.status
+        return sorted(self._kept)
+
+    def release(self) -> None:
+        """Let go of the sampled frames."""
+        self._kept.clear()
+
+    def close(self) -> None:
+        """Close the recording."""
+        self.release()
+        self.opened.recording.close()
+
+
+def open_clip(folder: Path, drop: Drop, name: str) -> Clip:
+    """Open the view ``name`` of ``drop`` with what frames.csv in ``folder`` says of its frames.
+
+    Raises ``InputError`` where table and recording disagree.
+    """
+    from wentry_cli.tables import read_table
+
+    listed = read_table(folder, "frames")
+    listed = listed[listed["view"] == name]
+    opened = open_view(drop, name)
+    if len(listed) != opened.info.frame_count:
+        opened.recording.close()
+        raise InputError(
+            f"{folder / 'frames.csv'}: lists {len(listed)} frames of the {name} view, the recording has "
+            f"{opened.info.frame_count}; run again with --force=ingest"
+        )
+    return Clip(opened, listed)
+
+
+def flat_field(drop: Drop, name: str, clip: Clip) -> tuple[Background, list[int]]:
+    """The empty scene of a view as its configuration says (``background``), and the frames sampled from the clip.
+
+    Raises ``InputError`` where the background file does not fit the recording.
+    """
+    view = drop.view(name)
+    sampled = clip.sample()
+    if not sampled:
+        raise InputError(f"{clip.opened.info.path}: no frame can be read; check the recording")
+    if view.background == "auto":
+        samples = np.stack([clip.read(index) for index in sampled])
+        return build_background(samples, clip.full_scale, polarity=view.polarity), sampled
+    empty = _empty_frames(drop, name, view)
+    if empty.shape[1:] != clip.shape:
+        raise InputError(
+            f"{drop.folder / 'experiment.yaml'}: views.{name}.background is {empty.shape[2]} x {empty.shape[1]} "
+            f"pixels, the recording {clip.shape[1]} x {clip.shape[0]}; take an empty frame of the same camera setting"
+        )
+    return build_background(empty, clip.full_scale, polarity=view.polarity, empty=True), sampled
+
+
+def _empty_frames(drop: Drop, name: str, view: View) -> NDArray[Any]:
+    if isinstance(view.background, tuple):
+        raw = open_recording(drop.source_path(name))
+        chosen: tuple[int, int] | None = view.background
+    else:
+        path = drop.folder / view.background
+        # one image is opened as a folder of numbered images that holds a single one: a pattern that only it matches
+        only = path if path.suffix.lower() in {".tif", ".tiff"} else path.with_name(f"[{path.name[0]}]{path.name[1:]}")
+        if not path.is_file():
+            raise InputError(f"{path}: views.{name}.background: no such file; give an image, [first, last] or auto")
+        raw, chosen = open_recording(only), None
+    turned = orient(raw, rotate=view.rotate, flip=view.flip, roi_px=view.roi_px, frames=chosen)
+    count = turned.info.frame_count
+    indices = sorted({round(value) for value in np.linspace(0, count - 1, min(count, MOST_EMPTY))})
+    frames = _Plain(turned)
+    try:
+        return read_samples(frames, indices)
+    finally:
+        raw.close()
+
+
+class _Plain:
+    """A recording with the names that trackers use."""
+
+    def __init__(self, recording: Any) -> None:
+        """Wrap an oriented recording."""
+        self.read = recording.read
+        self.count = recording.info.frame_count
+        self.shape = (recording.info.height, recording.info.width)
+        self.full_scale = float(2**recording.info.bit_depth - 1)

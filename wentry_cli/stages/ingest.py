@@ -1,0 +1,141 @@
+"""Stage ingest: list the frames of each view with their times, levels and what is wrong with them (frames.csv)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.errors import ConfigurationError, FrameUnreadableError
+from wentry_cli.frames.formats import open_recording
+from wentry_cli.frames.oriented import Oriented, orient
+from wentry_cli.frames.reader import RecordingInfo, Region
+from wentry_cli.progress import tick
+from wentry_cli.tables import new_table, write_table
+
+if TYPE_CHECKING:
+    from wentry_cli.config.campaign import Drop
+
+STRIP_ROWS = 4
+STRIPS = 3
+RANDOM_ACCESS = ("Photron", "Phantom")
+
+
+@dataclass(frozen=True)
+class OpenView:
+    """A view as the measurement sees it, and where its optical axis meets it by default (middle of the whole image)."""
+
+    recording: Oriented
+    middle_px: tuple[float, float]
+
+    @property
+    def info(self) -> RecordingInfo:
+        """What is known of the recording, after turning and cropping."""
+        return self.recording.info
+
+    @property
+    def full_scale(self) -> float:
+        """The highest grey level."""
+        return float(2**self.info.bit_depth - 1)
+
+
+def open_view(drop: Drop, name: str) -> OpenView:
+    """Open the recording of the view ``name`` of ``drop``, turned, mirrored and cropped as its configuration says.
+
+    Raises ``InputError`` where it is missing or unreadable.
+    """
+    view = drop.view(name)
+    fps = None if view.fps == "from_header" else float(view.fps)
+    raw = open_recording(drop.source_path(name), fps=fps, frames=view.frames)
+    recording = orient(raw, rotate=view.rotate, flip=view.flip, roi_px=view.roi_px, frames=view.frames)
+    width, height = raw.info.width, raw.info.height
+    if view.rotate in (90, 270):
+        width, height = height, width
+    left, top = recording.origin_px
+    return OpenView(recording, ((width - 1) / 2 - left, (height - 1) / 2 - top))
+
+
+def frame_rate(drop: Drop, name: str, info: RecordingInfo) -> float:
+    """The camera's rate in 1/s; raises ``ConfigurationError`` where neither file nor configuration tells it."""
+    if info.fps is None or not info.rate_trusted:
+        told = "" if info.fps is None else f" ({info.fps:g} is a {info.fps_source})"
+        raise ConfigurationError(
+            f"{drop.folder / 'experiment.yaml'}: error: views.{name}.fps: {info.path.name} has no frame rate that "
+            f"can be trusted{told}; set views.{name}.fps to the rate of the camera in frames per second"
+        )
+    return float(info.fps)
+
+
+def frame_times(drop: Drop, name: str, opened: OpenView) -> NDArray[np.float64]:
+    """Mid-exposure of every frame on the camera clock in s: the camera's stamps where it gives them, else the rate.
+
+    0 at the first frame of the side view; the top view starts at its ``offset_s``. All frames are exposed equally long,
+    so mid-exposure and start differ by a constant that drops out.
+    """
+    rate = frame_rate(drop, name, opened.info)
+    stamps = opened.recording.times_s()
+    if stamps is None:
+        stamps = np.arange(opened.info.frame_count) / rate
+    return np.asarray(stamps + (drop.view(name).offset_s if name == "top" else 0.0), np.float64)
+
+
+def _strips(info: RecordingInfo) -> list[Region] | None:
+    """Rows that stand for a frame where parts can be read at random; None where a frame is decoded whole anyway."""
+    if not info.format.startswith(RANDOM_ACCESS) or info.height <= STRIPS * STRIP_ROWS:
+        return None
+    firsts = ((2 * k + 1) * info.height // (2 * STRIPS) - STRIP_ROWS // 2 for k in range(STRIPS))
+    return [(0, first, info.width, first + STRIP_ROWS) for first in firsts]
+
+
+def _level(opened: OpenView, index: int, strips: list[Region] | None) -> tuple[float, float]:
+    wanted: list[Region | None] = [None] if strips is None else [*strips]
+    parts = [opened.recording.read(index, region) for region in wanted]
+    pixels = np.concatenate([part.ravel() for part in parts])
+    return float(pixels.mean()), float(np.count_nonzero(pixels >= opened.full_scale) / pixels.size)
+
+
+def _view_rows(drop: Drop, name: str, done: int) -> dict[str, Any]:
+    opened = open_view(drop, name)
+    try:
+        count = opened.info.frame_count
+        strips = _strips(opened.info)
+        levels = np.full((count, 2), np.nan)
+        status = ["ok"] * count
+        times = frame_times(drop, name, opened)
+        for index in range(count):
+            try:
+                levels[index] = _level(opened, index, strips)
+            except FrameUnreadableError as error:
+                status[index] = error.status
+            if index % 32 == 0:
+                tick(done + index, done + count)
+        return {
+            "view": [name] * count,
+            "frame": np.arange(count),
+            "camera_frame": opened.recording.camera_frames(),
+            "time_s": times,
+            "mean_level": levels[:, 0],
+            "saturated_fraction": levels[:, 1],
+            "status": status,
+        }
+    finally:
+        opened.recording.close()
+
+
+def run(folder: Path, drop: Drop) -> None:
+    """Write frames.csv.
+
+    Raw recordings (Photron, Phantom) are read at three strips of four rows per frame, which stand for it; images and
+    video have to be decoded whole to know whether they can be. Raises ``ConfigurationError`` where no rate is known and
+    ``InputError`` where a recording cannot be opened.
+    """
+    parts: list[dict[str, Any]] = []
+    done = 0
+    for name in drop.experiment.sides:
+        parts.append(_view_rows(drop, name, done))
+        done += len(parts[-1]["frame"])
+    columns = {key: np.concatenate([np.asarray(part[key]) for part in parts]) for key in parts[0]}
+    write_table(folder, "frames", new_table("frames", columns))

@@ -1,0 +1,111 @@
+"""Stage track: follow the sphere in each view (side.csv, top.csv) and say how large a pixel is (geometry.csv)."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from wentry_cli.errors import TooFewMeasurementsError
+from wentry_cli.stages.clip import Clip, flat_field, open_clip
+from wentry_cli.stages.ingest import frame_rate
+from wentry_cli.stages.track_side import SideResult, measure_side
+from wentry_cli.stages.track_top import TopResult, measure_top
+from wentry_cli.tables import new_table, write_table
+
+if TYPE_CHECKING:
+    from wentry_cli.config.campaign import Drop
+
+
+def run(folder: Path, drop: Drop) -> None:
+    """Write geometry.csv and, for the views that were filmed, side.csv and top.csv.
+
+    Raises ``TooFewMeasurementsError`` after the tables are written where fewer than ``analysis.min_frames`` frames of
+    every view could be measured, or the moment of impact could not be found.
+    """
+    side: SideResult | None = None
+    top: TopResult | None = None
+    rows: list[dict[str, Any]] = []
+    if drop.experiment.views.side is not None:
+        clip = open_clip(folder, drop, "side")
+        try:
+            side = measure_side(drop, clip, *flat_field(drop, "side", clip))
+            rows.append(_side_row(drop, clip, side))
+        finally:
+            clip.close()
+    if drop.experiment.views.top is not None:
+        clip = open_clip(folder, drop, "top")
+        try:
+            top = measure_top(drop, clip, *flat_field(drop, "top", clip), side)
+            rows.append(_top_row(drop, clip, top))
+        finally:
+            clip.close()
+    write_table(folder, "geometry", new_table("geometry", {key: [row[key] for row in rows] for key in rows[0]}))
+    for name, result in (("side", side), ("top", top)):
+        if result is not None:
+            write_table(folder, name, new_table(name, result.columns))
+    _complain(drop, [item for item in (side, top) if item is not None])
+
+
+def _row(drop: Drop, name: str, clip: Clip) -> dict[str, Any]:
+    info = clip.opened.info
+    exposure = drop.view(name).exposure_s or info.exposure_s
+    return {
+        "view": name,
+        "fps": frame_rate(drop, name, info),
+        "fps_source": info.fps_source,
+        "exposure_s": math.nan if exposure is None else exposure,
+    }
+
+
+def _side_row(drop: Drop, clip: Clip, side: SideResult) -> dict[str, Any]:
+    found = side.surface.status == "ok"
+    return _row(drop, "side", clip) | {
+        "scale_px_per_m": side.scales.air,
+        "scale_px_per_m_unc": side.scales.air_unc,
+        "scale_water_px_per_m": side.scales.water,
+        "scale_water_px_per_m_unc": side.scales.water_unc,
+        "scale_source": side.scales.source,
+        "surface_y_px": side.surface.y_px if found else math.nan,
+        "surface_y_px_unc": side.surface.unc_px if found else math.nan,
+        "radius_px": side.radius.value,
+        "radius_px_unc": side.radius.unc,
+        "impact_time_s": side.impact.time_s,
+        "impact_time_s_unc": side.impact.time_unc_s,
+    }
+
+
+def _top_row(drop: Drop, clip: Clip, top: TopResult) -> dict[str, Any]:
+    empty = dict.fromkeys(
+        ("scale_water_px_per_m", "scale_water_px_per_m_unc", "surface_y_px", "surface_y_px_unc"), math.nan
+    )
+    return (
+        _row(drop, "top", clip)
+        | empty
+        | {
+            "scale_px_per_m": top.scale.px_m,
+            "scale_px_per_m_unc": top.scale.unc_px_m,
+            "scale_source": top.scale.source,
+            "radius_px": top.radius_px,
+            "radius_px_unc": top.radius_px * top.scale.unc_px_m / top.scale.px_m,
+            "impact_time_s": top.impact_s[0],
+            "impact_time_s_unc": top.impact_s[1],
+        }
+    )
+
+
+def _complain(drop: Drop, results: Sequence[SideResult | TopResult]) -> None:
+    """Raise where every view has too few good frames, or the main one has a problem that leaves no time axis."""
+    least = drop.experiment.analysis.min_frames
+    good = [sum(word == "ok" for word in item.columns["status"]) for item in results]
+    if max(good) < least:
+        words = Counter(word for item in results for word in item.columns["status"] if word != "ok")
+        worst = ", ".join(f"{count} {word}" for word, count in words.most_common(3))
+        reason = next((item.problem for item in results if item.problem), "see the status column")
+        raise TooFewMeasurementsError(
+            f"{drop.name}: only {max(good)} frames could be measured, {least} are needed ({worst}); {reason}"
+        )
+    if results[0].problem:
+        raise TooFewMeasurementsError(f"{drop.name}: {results[0].problem}")

@@ -1,0 +1,84 @@
+"""Rows of side.csv and top.csv from sightings: a row per frame, empty where nothing was measured."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.tracking.sighting import Sighting
+
+SEPARATION_WINDOW = 2
+FIT_COLUMNS = {
+    "center_x_px": "center_x_px",
+    "center_y_px": "center_y_px",
+    "radius_px": "radius_px",
+    "radius_px_unc": "radius_unc_px",
+    "stretch": "stretch",
+    "stretch_unc": "stretch_unc",
+    "bottom_y_px": "bottom_y_px",
+    "bottom_y_px_unc": "bottom_y_unc_px",
+    "arc_fraction": "arc_fraction",
+    "gated_fraction": "gated_fraction",
+    "residual_rms_px": "residual_rms_px",
+}
+
+
+def frame_status(count: int, sightings: Sequence[Sighting]) -> list[str]:
+    """A status word for every frame.
+
+    Frames before the first sighting show a sphere that has not come in yet (``out_of_frame``); those after the last
+    keep the reason why the path ended. Without any sighting all are ``no_object``.
+    """
+    status = ["no_object"] * count
+    if not sightings:
+        return status
+    status[: sightings[0].frame] = ["out_of_frame"] * sightings[0].frame
+    for item in sightings:
+        status[item.frame] = item.status
+    last = sightings[-1]
+    ending = last.status if last.status in {"out_of_frame", "occluded"} else "no_object"
+    status[last.frame + 1 :] = [ending] * (count - last.frame - 1)
+    return status
+
+
+def fit_columns(count: int, sightings: Sequence[Sighting]) -> dict[str, NDArray[np.float64]]:
+    """What the fits say, NaN in frames that failed."""
+    columns = {name: np.full(count, np.nan) for name in FIT_COLUMNS}
+    for item in sightings:
+        if item.ok:
+            for name, attribute in FIT_COLUMNS.items():
+                columns[name][item.frame] = getattr(item.fit, attribute)
+    return columns
+
+
+def side_columns(count: int, sightings: Sequence[Sighting]) -> dict[str, Any]:
+    """The pixel columns of side.csv."""
+    columns: dict[str, Any] = {"frame": np.arange(count), **fit_columns(count, sightings)}
+    for name in ("bottom_local_y_px", "bottom_local_y_px_unc", "separation_y_px", "separation_y_px_unc", "tilt_deg"):
+        columns[name] = np.full(count, np.nan)
+    for item in sightings:
+        if item.ok and item.bottom is not None and item.bottom.status == "ok":
+            columns["bottom_local_y_px"][item.frame] = item.bottom.y_px
+            columns["bottom_local_y_px_unc"][item.frame] = item.bottom.y_unc_px
+        if item.ok and item.separation is not None and item.separation.status == "ok":
+            columns["separation_y_px"][item.frame] = item.separation.y_px
+            columns["separation_y_px_unc"][item.frame] = item.separation.y_unc_px
+        if item.ok and item.fit is not None and math.isfinite(item.fit.tilt_unc_deg):
+            columns["tilt_deg"][item.frame] = item.fit.tilt_deg
+    columns["separation_y_px"] = _steady_separation(columns["separation_y_px"], columns["center_y_px"])
+    columns["status"] = frame_status(count, sightings)
+    return columns
+
+
+def _steady_separation(line: NDArray[np.float64], centre: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Median over five frames of where the separation line is on the sphere (relative to its centre)."""
+    offset = line - centre
+    steady = np.full(line.size, np.nan)
+    for index in np.flatnonzero(np.isfinite(offset)):
+        window = offset[max(0, index - SEPARATION_WINDOW) : index + SEPARATION_WINDOW + 1]
+        steady[index] = centre[index] + np.nanmedian(window)
+    return steady

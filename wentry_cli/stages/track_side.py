@@ -1,0 +1,273 @@
+"""The side view of one drop, from its recording to the columns of side.csv and its row of geometry.csv."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.imaging.background import Background
+from wentry_cli.imaging.free_surface import SurfaceRow, find_free_surface, find_plate
+from wentry_cli.stages.clip import Clip
+from wentry_cli.stages.track_rows import side_columns
+from wentry_cli.tracking.flight import air_plan, both_ways
+from wentry_cli.tracking.impact import Impact, back_to_surface, find_impact
+from wentry_cli.tracking.plate import PlateScene, track_plate
+from wentry_cli.tracking.prediction import Path
+from wentry_cli.tracking.scale import NO_RADIUS, PixelMap, PooledRadius, pixel_to_metre, scale_from_radius
+from wentry_cli.tracking.seed import find_seed
+from wentry_cli.tracking.side import SideScene, track_side
+from wentry_cli.tracking.sighting import Sighting
+from wentry_cli.tracking.wet_radius import pool_sightings
+
+if TYPE_CHECKING:
+    from wentry_cli.config.campaign import Drop
+
+CLIPPED_EDGE = 0.0045
+NO_IMPACT = Impact(math.nan, math.nan, math.nan, math.nan, math.nan, "too_few")
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Scales in px/m with standard uncertainties, in air and through the water, and where they came from."""
+
+    air: float
+    air_unc: float
+    water: float
+    water_unc: float
+    source: str
+
+
+NO_SCALES = Scales(math.nan, math.nan, math.nan, math.nan, "unknown")
+
+
+@dataclass(frozen=True)
+class SideResult:
+    """What the side view gave: columns of side.csv, scales, surface, radius in air, impact, the map to metres."""
+
+    columns: dict[str, Any]
+    scales: Scales
+    surface: SurfaceRow
+    radius: PooledRadius
+    impact: Impact
+    problem: str = ""
+
+
+def measure_side(drop: Drop, clip: Clip, ground: Background, sampled: list[int]) -> SideResult:
+    """Track the side view and turn what was seen into metres and seconds."""
+    seed = find_seed(clip, ground, sampled, radius_range=_radius_range(drop))
+    if seed is None:
+        nothing = side_columns(clip.count, [])
+        problem = "no sphere was found in any frame: check source, roi_px and polarity of views.side"
+        return SideResult(nothing, NO_SCALES, _surface(drop, ground, None), NO_RADIUS, NO_IMPACT, problem)
+    clip.release()
+    if drop.experiment.kind == "free_flight":
+        return _measure_flight(drop, clip, ground, seed)
+    surface = _surface(drop, ground, seed)
+    if drop.experiment.kind == "surface_impact":
+        return _measure_plate(drop, clip, ground, (seed, surface))
+    if surface.status != "ok":
+        nothing = side_columns(clip.count, [])
+        problem = "the free surface was not found: set views.side.surface_y_px to its row"
+        return SideResult(nothing, NO_SCALES, surface, NO_RADIUS, NO_IMPACT, problem)
+    return _measure_entry(drop, clip, ground, (seed, surface))
+
+
+def _radius_range(drop: Drop) -> tuple[float, float]:
+    pair = drop.view("side").scale_pair
+    if pair.air == "auto":
+        return 7.0, math.inf
+    radius = pair.air * drop.experiment.sphere.radius_m
+    return 0.85 * radius, 1.15 * radius
+
+
+def _surface(drop: Drop, ground: Background, seed: Path | None) -> SurfaceRow:
+    """The row of y = 0: given, or found below the sphere in the empty scene."""
+    view = drop.view("side")
+    if view.surface_y_px != "auto":
+        return SurfaceRow(float(view.surface_y_px), view.surface_y_px_unc or 0.3, 3.0, math.nan, "ok")
+    middle = seed.shapes[-1].x if seed is not None else None
+    if drop.experiment.kind == "surface_impact":
+        return find_plate(ground.level, x_px=middle)
+    highest = min(shape.y for shape in seed.shapes) if seed is not None else 0.0
+    return find_free_surface(ground.level, x_px=middle, rows=(highest, float(ground.shape[0])))
+
+
+def given_radii(drop: Drop) -> tuple[PooledRadius, PooledRadius]:
+    """Radii in px, in air and below the surface, from scales that the user gave; unknown where they are ``auto``."""
+    view, sphere = drop.view("side"), drop.experiment.sphere
+
+    def radius(scale: float | str) -> PooledRadius:
+        if isinstance(scale, str):
+            return NO_RADIUS
+        unc = math.hypot(view.scale_px_per_m_unc / scale, sphere.diameter_m_unc / sphere.diameter_m)
+        value = scale * sphere.radius_m
+        return PooledRadius(value, value * unc, 0, 0.0)
+
+    return radius(view.scale_pair.air), radius(view.scale_pair.water)
+
+
+def exposure_frames(drop: Drop, name: str, clip: Clip) -> float:
+    """Exposure over the time between frames; 0 where the exposure is not known."""
+    exposure = drop.view(name).exposure_s or clip.exposure_s or 0.0
+    step = float(np.median(np.diff(clip.time_s))) if clip.count > 1 else math.inf
+    return exposure / step
+
+
+def find_scales(drop: Drop, air: PooledRadius, water: PooledRadius, ground: Background) -> Scales:
+    """Scales from the radii: a number of the user wins, else the diameter, else the size below the surface.
+
+    Where the light is clipped by the sensor the level of the edge is not known, and with it .45 % of the diameter.
+    """
+    sphere, pair = drop.experiment.sphere, drop.view("side").scale_pair
+    clipped = CLIPPED_EDGE if math.isfinite(ground.ceiling) else 0.0
+    seen_air = air if air.known else water
+    seen_water = water if water.known else air
+    values = []
+    for given, radius in ((pair.air, seen_air), (pair.water, seen_water)):
+        if given != "auto":
+            values.append((float(given), drop.view("side").scale_px_per_m_unc))
+            continue
+        scale, unc = scale_from_radius(radius, sphere.diameter_m, sphere.diameter_m_unc)
+        values.append((scale, math.hypot(unc, clipped * scale)))
+    air_source = "given" if pair.air != "auto" else ("diameter" if air.known else "wet_ellipse")
+    wet_source = "given" if pair.water != "auto" else ("wet_ellipse" if water.known else "diameter")
+    return Scales(*values[0], *values[1], f"air {air_source}, water {wet_source}")
+
+
+def pixel_map(drop: Drop, scales: Scales, zero_px: float, middle_px: tuple[float, float]) -> PixelMap:
+    """The map to metres of the side view; the optical axis is given or in the middle of the camera's image."""
+    axis = drop.view("side").optical_axis_y_px
+    axis_y = middle_px[1] if axis == "auto" else float(axis)
+    return PixelMap(scales.air, scales.water, zero_px, middle_px[0], axis_y)
+
+
+def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path, SurfaceRow]) -> SideResult:
+    seed, surface = start
+    air, water = given_radii(drop)
+    scene = SideScene(
+        surface.y_px,
+        max(1.0, 0.5 * surface.thickness_px),
+        drop.experiment.deformable,
+        drop.experiment.analysis.tracking,
+        exposure_frames(drop, "side", clip),
+        air,
+        water,
+    )
+    track = track_side(clip, ground, seed, scene)
+    scales = find_scales(drop, track.radius_air, track.radius_water, ground)
+    impact = entry_impact(drop, clip, track.sightings, (surface, scales.air))
+    columns = _in_metres(drop, clip, track.sightings, (scales, surface))
+    problem = "" if impact.status == "ok" else _why_no_impact(impact)
+    columns["t_s"] = clip.time_s - impact.time_s
+    return SideResult(columns, scales, surface, track.radius_air, impact, problem)
+
+
+def _why_no_impact(impact: Impact) -> str:
+    if impact.status == "no_object":
+        return "the sphere never reaches the surface: check views.side.surface_y_px, or take a longer clip"
+    return "the moment of impact is not known: the clip shows too few frames before it"
+
+
+def entry_impact(drop: Drop, clip: Clip, sightings: Sequence[Sighting], surface: tuple[SurfaceRow, float]) -> Impact:
+    """The moment of impact from the frames in air, or, in a clip that starts later, from the first wet ones."""
+    row, scale = surface
+    good = [item for item in sightings if item.ok and item.fit is not None]
+    dry = [item for item in good if not item.wet]
+    bottoms = np.array([best_bottom(item) for item in dry]).reshape(-1, 3)
+    times = clip.time_s[[item.frame for item in dry]] if dry else np.empty(0)
+    limits = (row.y_px, row.unc_px)
+    impact = find_impact(times, bottoms[:, 0], bottoms[:, 1], limits, drop.experiment.gravity_m_s2 * scale)
+    if impact.status == "ok" and impact.time_s > clip.time_s[-1]:
+        return Impact(math.nan, math.nan, impact.speed_px_s, math.nan, impact.residual_px, "no_object")
+    if impact.status != "too_few":
+        return impact
+    wet = [item for item in good if item.wet]
+    if not wet:
+        return impact
+    rows = np.array([best_bottom(item)[0] for item in wet])
+    time, unc = back_to_surface(clip.time_s[[item.frame for item in wet]], rows, limits)
+    return Impact(time, unc, math.nan, math.nan, math.nan, "ok" if math.isfinite(time) else "too_few")
+
+
+def best_bottom(item: Sighting) -> tuple[float, float, float]:
+    """Row of the lowest point and its uncertainty in px: from the bottom alone (1 in the third place), else ellipse."""
+    if item.bottom is not None and item.bottom.status == "ok" and math.isfinite(item.bottom.y_px):
+        return item.bottom.y_px, item.bottom.y_unc_px, 1.0
+    if item.fit is None:
+        return math.nan, math.nan, 0.0
+    return item.fit.bottom_y_px, item.fit.bottom_y_unc_px, 0.0
+
+
+def _measure_plate(drop: Drop, clip: Clip, ground: Background, start: tuple[Path, SurfaceRow]) -> SideResult:
+    seed, plate = start
+    air, _ = given_radii(drop)
+    exposure = exposure_frames(drop, "side", clip)
+    scene = PlateScene(plate.y_px, drop.experiment.deformable, drop.experiment.analysis.tracking, exposure, air)
+    track = track_plate(clip, ground, seed, scene)
+    if plate.status != "ok":
+        plate = SurfaceRow(track.turning_px, 1.0, 0.0, math.nan, "ok")
+    scales = find_scales(drop, track.radius, NO_RADIUS, ground)
+    flying = [item for item in track.sightings if item.free_radius or best_bottom(item)[2] > 0]
+    before = [item for item in flying if item.frame < _first_contact(track.sightings, plate.y_px)]
+    impact = entry_impact(drop, clip, before, (plate, scales.air))
+    columns = _in_metres(drop, clip, track.sightings, (scales, plate))
+    columns["t_s"] = clip.time_s - impact.time_s
+    problem = "" if impact.status == "ok" else _why_no_impact(impact).replace("surface", "plate")
+    return SideResult(columns, scales, plate, track.radius, impact, problem)
+
+
+def _first_contact(sightings: Sequence[Sighting], plate_px: float) -> int:
+    touching = (item.frame for item in sightings if item.fit is not None and best_bottom(item)[0] > plate_px - 1.0)
+    return next(touching, sightings[-1].frame + 1 if sightings else 0)
+
+
+def _measure_flight(drop: Drop, clip: Clip, ground: Background, seed: Path) -> SideResult:
+    exposure = exposure_frames(drop, "side", clip)
+    level = drop.experiment.analysis.tracking
+    plan = air_plan(clip.shape, level=level, exposure_frames=exposure)
+    sightings, _ = both_ways(clip, ground, seed, plan, clip.count - 1)
+    radius, _ = given_radii(drop)
+    radius = radius if radius.known else pool_sightings(sightings, wet=False)
+    scales = find_scales(drop, radius, NO_RADIUS, ground)
+    first = next((item.fit for item in sightings if item.ok and item.fit is not None), None)
+    zero = SurfaceRow(math.nan, math.nan, 0.0, math.nan, "no_edge")
+    if first is not None:
+        zero = SurfaceRow(first.center_y_px, 0.0, 0.0, math.nan, "ok")
+    columns = _in_metres(drop, clip, sightings, (scales, zero))
+    columns["t_s"] = clip.time_s - clip.time_s[0]
+    return SideResult(columns, scales, zero, radius, NO_IMPACT)
+
+
+def _in_metres(
+    drop: Drop, clip: Clip, sightings: Sequence[Sighting], known: tuple[Scales, SurfaceRow]
+) -> dict[str, Any]:
+    """Columns of side.csv without t_s: pixels as seen, heights in metres with all of their uncertainty."""
+    scales, surface = known
+    columns = side_columns(clip.count, sightings)
+    pixels = pixel_map(drop, scales, surface.y_px, clip.opened.middle_px)
+    local = columns["bottom_local_y_px"]
+    use_local = np.isfinite(local)
+    bottom = np.where(use_local, local, columns["bottom_y_px"])
+    unc = np.where(use_local, columns["bottom_local_y_px_unc"], columns["bottom_y_px_unc"])
+    columns["y_b_m"] = pixel_to_metre(0.0, bottom, pixels)[1]
+    columns["y_b_m_unc"] = _height_unc((bottom, unc), scales, surface)
+    columns["y_b_source"] = np.where(np.isfinite(bottom), np.where(use_local, "local", "ellipse"), "")
+    columns["separation_y_m"] = pixel_to_metre(0.0, columns["separation_y_px"], pixels)[1]
+    if not drop.experiment.deformable and drop.experiment.kind != "free_flight":
+        columns["stretch"] = columns["stretch_unc"] = np.full(clip.count, np.nan)
+    return columns
+
+
+def _height_unc(
+    bottom: tuple[NDArray[np.float64], NDArray[np.float64]], scales: Scales, surface: SurfaceRow
+) -> NDArray[np.float64]:
+    wet = bottom[0] > surface.y_px
+    scale = np.where(wet, scales.water, scales.air)
+    relative = np.where(wet, scales.water_unc / scales.water, scales.air_unc / scales.air)
+    by_scale = (bottom[0] - surface.y_px) / scale * relative
+    return np.asarray(np.sqrt((bottom[1] ** 2 + surface.unc_px**2) / scale**2 + by_scale**2))

@@ -1,0 +1,67 @@
+"""Free flight: a sphere in air, all its parameters free in every frame."""
+
+from __future__ import annotations
+
+import math
+
+from wentry_cli.contours.ellipse import EllipseShape
+from wentry_cli.imaging.background import Background
+from wentry_cli.tracking.follow import Plan, follow
+from wentry_cli.tracking.prediction import Path, box_around
+from wentry_cli.tracking.sighting import Look, Sighting
+from wentry_cli.tracking.source import Frames
+
+VISIBLE_SHARE = 0.45
+
+
+def margin_of(radius: float) -> float:
+    """Ground to read around a shape, px: room for the scan and for what the prediction misses."""
+    return 14.0 + 0.08 * radius
+
+
+def leaves_frame(shape: EllipseShape, frame_shape: tuple[int, int]) -> bool:
+    """Whether more than half of a shape lies outside the frame in either direction."""
+    rows, columns = frame_shape
+    along, across = 2.0 * shape.semi_along, 2.0 * shape.semi_across
+    down = min(shape.y + shape.semi_along, rows) - max(shape.y - shape.semi_along, 0.0)
+    right = min(shape.x + shape.semi_across, columns) - max(shape.x - shape.semi_across, 0.0)
+    return down < VISIBLE_SHARE * along or right < VISIBLE_SHARE * across
+
+
+def air_plan(
+    frame_shape: tuple[int, int],
+    *,
+    free: str = "x y R stretch",
+    level: str = "accurate",
+    exposure_frames: float = 0.0,
+    floor_px: float = math.inf,
+) -> Plan:
+    """How to look at a sphere in air; nothing below the row ``floor_px`` (surface, plate) is looked at."""
+
+    def plan(_: int, guess: EllipseShape, velocity: tuple[float, float]) -> Look | str:
+        if leaves_frame(guess, frame_shape):
+            return "out_of_frame"
+        left, top, right, bottom = box_around(guess, margin_of(guess.radius), above=1.0)
+        motion = (velocity[0] * exposure_frames, velocity[1] * exposure_frames)
+        return Look((left, top, right, min(bottom, floor_px - 2.0)), free, motion_px=motion, level=level)
+
+    return plan
+
+
+def both_ways(frames: Frames, ground: Background, path: Path, plan: Plan, last: int) -> tuple[list[Sighting], Path]:
+    """Follow a path from its frames forwards up to and with ``last`` and backwards to the first frame.
+
+    Returns the sightings in the order of the frames and the path at its forward end.
+    """
+    start = path.frames[0]
+    forward = Path(path.radius, list(path.frames), list(path.shapes))
+    seen = follow(frames, ground, forward, range(start, last + 1), plan)
+    good = [item for item in seen if item.ok and item.fit is not None][:3]
+    backward = Path(path.radius, path.frames[::-1], path.shapes[::-1])
+    if len(good) >= 2:
+        backward = Path(path.radius)
+        for item in reversed(good):
+            if item.fit is not None:
+                backward.add(item.frame, item.fit.shape)
+    before = follow(frames, ground, backward, range(start - 1, -1, -1), plan)
+    return [*reversed(before), *seen], forward

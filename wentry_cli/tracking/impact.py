@@ -1,0 +1,143 @@
+"""The moment of impact below one frame: the path of the bottom before contact, followed to the surface."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from wentry_cli.compiled import compiled
+
+FEWEST_FRAMES = 3
+
+
+@dataclass(frozen=True)
+class Impact:
+    """First contact: time and its uncertainty in s, speed in px/s downwards, rms residual of the path in px.
+
+    ``status`` is ok, ``too_few`` (no path to extrapolate; NaN) or ``no_object`` (the path never meets the surface).
+    """
+
+    time_s: float
+    time_unc_s: float
+    speed_px_s: float
+    speed_unc_px_s: float
+    residual_px: float
+    status: str
+
+
+def find_impact(
+    time_s: ArrayLike, bottom_px: ArrayLike, unc_px: ArrayLike, surface_px: tuple[float, float], fall_px_s2: float
+) -> Impact:
+    """Follow the falling bottom to the row of the surface.
+
+    The bottom ``y(t) = y_0 + v t + ½ g t²`` (px, down) is fitted by weighted least squares for ``y_0`` and ``v`` with
+    ``g`` given as ``fall_px_s2`` (the drag of the air over the few frames seen is below 2 % of it) to the frames
+    before contact (arrays of equal length in s and px); ``surface_px`` is the row of the surface and its standard
+    uncertainty. Time zero of the fit is in the middle of the frames, so that both unknowns are nearly uncorrelated.
+    """
+    time, bottom, unc = (np.asarray(item, np.float64) for item in (time_s, bottom_px, unc_px))
+    good = np.isfinite(bottom) & np.isfinite(unc) & (unc > 0)
+    time, bottom, unc = time[good], bottom[good], unc[good]
+    if time.size < FEWEST_FRAMES:
+        return Impact(math.nan, math.nan, math.nan, math.nan, math.nan, "too_few")
+    start = float(np.mean(time))
+    design = np.stack([np.ones_like(time), time - start], axis=1)
+    target = bottom - 0.5 * fall_px_s2 * (time - start) ** 2
+    solution, covariance, residual = weighted_line(design, target, unc)
+    height, speed = float(solution[0]), float(solution[1])
+    inside = speed**2 + 2.0 * fall_px_s2 * (surface_px[0] - height)
+    if inside <= 0.0:
+        return Impact(math.nan, math.nan, speed, math.sqrt(covariance[1, 1]), residual, "no_object")
+    at_surface = math.sqrt(inside)
+    later = 2.0 * (surface_px[0] - height) / (speed + at_surface)
+    slope = np.array([-1.0, -later]) / at_surface
+    spread = float(slope @ covariance @ slope) + (surface_px[1] / at_surface) ** 2
+    speed_unc = math.sqrt(covariance[1, 1])
+    return Impact(start + later, math.sqrt(spread), at_surface, speed_unc, residual, "ok")
+
+
+def weighted_line(
+    design: NDArray[np.float64], target: NDArray[np.float64], unc: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+    """Weighted least squares: solution, covariance (scaled up where the residuals exceed ``unc``), rms residual."""
+    weighted = design / unc[:, None]
+    normal = np.linalg.inv(weighted.T @ weighted)
+    solution = normal @ (weighted.T @ (target / unc))
+    left = (target - design @ solution) / unc
+    freedom = max(1, target.size - design.shape[1])
+    excess = max(1.0, float(left @ left) / freedom)
+    residual = math.sqrt(float(np.mean((target - design @ solution) ** 2)))
+    return solution, normal * excess, residual
+
+
+def back_to_surface(time_s: ArrayLike, bottom_px: ArrayLike, surface_px: tuple[float, float]) -> tuple[float, float]:
+    """Estimate the impact of a clip that starts after it: a line through the first wet frames, followed back.
+
+    A sphere slows down in water, so the line comes late; a quarter of the step back is its uncertainty. NaN where
+    fewer than four frames are known.
+    """
+    time, bottom = np.asarray(time_s, np.float64), np.asarray(bottom_px, np.float64)
+    good = np.isfinite(bottom)
+    time, bottom = time[good][:8], bottom[good][:8]
+    if time.size < 4:
+        return math.nan, math.nan
+    speed, height = np.polyfit(time - time[0], bottom, 1)
+    if speed <= 0:
+        return math.nan, math.nan
+    back = (height - surface_px[0]) / speed
+    return float(time[0] - back), float(abs(back) / 4.0 + surface_px[1] / speed)
+
+
+@compiled
+def _hinge_residual(time: NDArray[np.float64], values: NDArray[np.float64], hinge: float) -> tuple[float, float]:
+    # values = a + b (t - hinge)^1.5 for t > hinge: a stretch that starts smoothly, with a the level before
+    count = time.size
+    s1 = sb = sbb = sy = sby = 0.0
+    for index in range(count):
+        rise = max(time[index] - hinge, 0.0) ** 1.5
+        s1 += 1.0
+        sb += rise
+        sbb += rise * rise
+        sy += values[index]
+        sby += rise * values[index]
+    determinant = s1 * sbb - sb * sb
+    if determinant <= 1e-30:
+        return np.inf, 0.0
+    slope = (s1 * sby - sb * sy) / determinant
+    level = (sy - slope * sb) / s1
+    total = 0.0
+    for index in range(count):
+        rise = max(time[index] - hinge, 0.0) ** 1.5
+        total += (values[index] - level - slope * rise) ** 2
+    return total, slope
+
+
+def find_rise(time_s: ArrayLike, stretch: ArrayLike) -> tuple[float, float]:
+    """Find when the stretch starts to rise, for a drop that was filmed from above only: time and uncertainty in s.
+
+    A level and, after the hinge, a rise with the power 3/2 of time (that of a sphere flattening at constant speed,
+    within what a few frames can tell), up to two thirds of the first peak. The hinge with the smallest residual; the
+    interval where the residual grows by its variance, and half a frame for the law, are its uncertainty.
+    """
+    time, values = np.asarray(time_s, np.float64), np.asarray(stretch, np.float64)
+    good = np.isfinite(values)
+    time, values = time[good], values[good]
+    if time.size < 6:
+        return math.nan, math.nan
+    level = float(np.median(values[: max(3, time.size // 20)]))
+    peak = float(np.max(values))
+    above = np.flatnonzero(values > level + 0.67 * (peak - level))
+    if peak - level < 0.02 or above.size == 0:
+        return math.nan, math.nan
+    last = max(int(above[0]) + 1, 5)
+    time, values = time[:last], values[:last]
+    trials = np.linspace(time[0], time[-1], 40 * last + 1)[:-1]
+    residual = np.array([_hinge_residual(time, values, float(trial))[0] for trial in trials])
+    best = int(np.argmin(residual))
+    variance = residual[best] / max(1, last - 3)
+    near = trials[residual <= residual[best] + variance]
+    frame = float(np.median(np.diff(time)))
+    return float(trials[best]), math.hypot(float(np.ptp(near)) / 2.0, 0.5 * frame)

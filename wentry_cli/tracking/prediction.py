@@ -1,0 +1,83 @@
+"""Where the sphere will be in the next frame, from the last few in which it was measured."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from wentry_cli.contours.ellipse import EllipseShape, SilhouetteFit
+
+LONGEST_CURVED_STEP = 3
+STRETCH_LIMITS = (0.62, 2.6)
+
+
+@dataclass
+class Path:
+    """The last measured shapes and the radius to predict with; frames may run forwards or backwards in time."""
+
+    radius: float
+    frames: list[int] = field(default_factory=list)
+    shapes: list[EllipseShape] = field(default_factory=list)
+
+    def add(self, frame: int, shape: EllipseShape) -> None:
+        """Remember the shape of one frame, the newest three are kept."""
+        kept = [(at, seen) for at, seen in zip(self.frames, self.shapes, strict=True) if at != frame]
+        kept = [*kept, (frame, shape)][-3:]
+        self.frames = [at for at, _ in kept]
+        self.shapes = [seen for _, seen in kept]
+
+    def velocity(self) -> tuple[float, float]:
+        """Velocity of the centre in px per frame, from the last two shapes; zero where there are fewer."""
+        if len(self.frames) < 2:
+            return 0.0, 0.0
+        step = self.frames[-1] - self.frames[-2]
+        new, old = self.shapes[-1], self.shapes[-2]
+        return (new.x - old.x) / step, (new.y - old.y) / step
+
+    def predict(self, frame: int) -> EllipseShape:
+        """The shape expected in ``frame``: parabolas through the last three, lines over longer gaps."""
+        last = self.shapes[-1]
+        if len(self.frames) < 2:
+            return EllipseShape(last.x, last.y, self.radius, last.stretch, last.tilt_deg)
+        span = abs(frame - self.frames[-1])
+        use = 3 if len(self.frames) == 3 and span <= LONGEST_CURVED_STEP else 2
+        if span > 2 * LONGEST_CURVED_STEP:
+            use = 2
+        at = np.array(self.frames[-use:], dtype=np.float64)
+        weights = lagrange_weights(at, float(frame))
+        values = np.array([[item.x, item.y, item.stretch] for item in self.shapes[-use:]])
+        x, y, stretch = (float(value) for value in weights @ values)
+        if span > LONGEST_CURVED_STEP:
+            stretch = last.stretch
+        stretch = min(max(stretch, STRETCH_LIMITS[0]), STRETCH_LIMITS[1])
+        return EllipseShape(x, y, self.radius, stretch, last.tilt_deg)
+
+
+def lagrange_weights(at: np.ndarray, frame: float) -> np.ndarray:  # type: ignore[type-arg]
+    """Weights of values at the points ``at`` for the polynomial through them, taken at ``frame``."""
+    weights = np.ones(at.size)
+    for i in range(at.size):
+        for j in range(at.size):
+            if i != j:
+                weights[i] *= (frame - at[j]) / (at[i] - at[j])
+    return weights
+
+
+def box_around(shape: EllipseShape, margin: float, *, above: float = 1.2) -> tuple[float, float, float, float]:
+    """Left, top, right and bottom of what is read around a shape: ``above`` semi-axes upwards, one otherwise."""
+    tilt = abs(math.sin(math.radians(shape.tilt_deg)))
+    across = shape.semi_across + tilt * shape.semi_along
+    along = shape.semi_along + tilt * shape.semi_across
+    return (
+        shape.x - across - margin,
+        shape.y - above * along - margin,
+        shape.x + across + margin,
+        shape.y + along + margin,
+    )
+
+
+def usable(fit: SilhouetteFit) -> bool:
+    """Whether a fit may be followed: ok, with finite values."""
+    return fit.status == "ok" and math.isfinite(fit.center_x_px + fit.center_y_px + fit.stretch)

@@ -1,0 +1,132 @@
+"""One frame, one look: cut the patch, fit the shape, the bottom and the separation line."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.contours.circle import Circle, fit_circle
+from wentry_cli.contours.ellipse import EllipseShape, SilhouetteFit, bottom_gradient
+from wentry_cli.contours.local_bottom import BottomFit, fit_local_bottom
+from wentry_cli.contours.separation import SeparationFit, find_separation
+from wentry_cli.contours.silhouette import fit_silhouette
+from wentry_cli.imaging.background import Background, steadied
+from wentry_cli.imaging.patch import Patch
+from wentry_cli.tracking.prediction import usable
+from wentry_cli.tracking.source import Frames, read_patch
+
+Box = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Look:
+    """How one frame is to be looked at.
+
+    ``box`` is what is read (left, top, right, bottom), ``free`` the parameters to fit, ``top_y_px`` the row above
+    which the outline is not the sphere's, ``motion_px`` the displacement during the exposure. ``outline`` is ellipse
+    or circle (``one_sided``: what disagrees lies outside); ``bottom`` and ``separation`` say what else is measured.
+    """
+
+    box: Box
+    free: str = "x y stretch"
+    top_y_px: float = -math.inf
+    motion_px: tuple[float, float] = (0.0, 0.0)
+    level: str = "accurate"
+    outline: str = "ellipse"
+    bottom: bool = True
+    separation: bool = False
+    one_sided: bool = False
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """What one frame showed; ``fit`` is None where nothing could be fitted, ``status`` is that of the whole row."""
+
+    frame: int
+    status: str
+    fit: SilhouetteFit | None = None
+    bottom: BottomFit | None = None
+    separation: SeparationFit | None = None
+    free_radius: bool = False
+    wet: bool = False
+    circle: bool = False
+
+    @property
+    def ok(self) -> bool:
+        """Whether the fit may be used."""
+        return self.status == "ok" and self.fit is not None
+
+
+def sight(frames: Frames, index: int, ground: Background, guess: EllipseShape, look: Look) -> Sighting:
+    """Measure one frame as ``look`` says, starting from ``guess``."""
+    patch = read_patch(frames, index, ground, look.box)
+    if isinstance(patch, str):
+        return Sighting(index, patch)
+    steady = steadied(patch, (guess.x, guess.y, guess.semi_across, guess.semi_along))
+    return examine(steady, index, guess, look)
+
+
+def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighting:
+    """Fit the shape in a patch and, where that went well, its bottom and separation line."""
+    if look.outline == "circle":
+        circle = Circle(guess.x, guess.y, guess.radius * guess.stretch)
+        fit = fit_circle(patch, circle, one_sided=look.one_sided, motion_px=look.motion_px, level=look.level)
+    else:
+        fit = fit_silhouette(
+            patch,
+            guess,
+            free=look.free,
+            top_y_px=look.top_y_px,
+            motion_px=look.motion_px,
+            level=look.level,
+        )
+    if not usable(fit):
+        return Sighting(index, fit.status if fit.status != "ok" else "poor_fit", fit)
+    if look.outline == "circle":
+        return Sighting(index, "ok", fit, free_radius=True, circle=True)
+    bottom = fit_local_bottom(patch, fit, motion_px=look.motion_px) if look.bottom else None
+    separation = find_separation(patch, fit) if look.separation else None
+    return Sighting(index, "ok", fit, bottom, separation, free_radius=" R" in look.free)
+
+
+def radius_slope(fit: SilhouetteFit) -> NDArray[np.float64]:
+    """How x, y, R, stretch and tilt of a fit with free radius answer to a change of the radius by one pixel."""
+    variance = fit.covariance[2, 2]
+    if not variance > 0:
+        return np.zeros(5)
+    return np.asarray(fit.covariance[:, 2] / variance, np.float64)
+
+
+def with_radius(fit: SilhouetteFit, radius: float, slope: NDArray[np.float64]) -> SilhouetteFit:
+    """Constrain a fit to another radius: the conditional mean and covariance of the linearised problem.
+
+    ``slope`` is that of ``radius_slope``, of this fit or of a like one nearby. For a fit with free radius the
+    covariance loses what came from the radius; for one with fixed radius only the values move.
+    """
+    change = radius - fit.radius_px
+    moved = fit.shape.vector() + slope * change
+    covariance = fit.covariance
+    variance = covariance[2, 2]
+    if variance > 0:
+        covariance = covariance - np.outer(covariance[:, 2], covariance[2]) / variance
+        covariance[2, :] = covariance[:, 2] = 0.0
+    shape = EllipseShape(moved[0], moved[1], radius, moved[3], math.degrees(moved[4]))
+    unc = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    gradient = bottom_gradient(shape)
+    return replace(
+        fit,
+        center_x_px=shape.x,
+        center_y_px=shape.y,
+        radius_px=radius,
+        stretch=shape.stretch,
+        center_x_unc_px=float(unc[0]),
+        center_y_unc_px=float(unc[1]),
+        radius_unc_px=math.nan,
+        stretch_unc=float(unc[3]) if fit.stretch_unc == fit.stretch_unc else math.nan,
+        bottom_y_px=shape.bottom_y,
+        bottom_y_unc_px=math.sqrt(max(float(gradient @ covariance @ gradient), 0.0)),
+        covariance=covariance,
+    )

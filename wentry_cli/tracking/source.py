@@ -1,0 +1,100 @@
+"""What a tracker needs of a recording: its size and regions of its frames."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.errors import FrameUnreadableError
+from wentry_cli.imaging.background import Background, cut_patch
+from wentry_cli.imaging.patch import Patch
+
+
+class Frames(Protocol):
+    """A clip of ``count`` frames of one size; ``read`` gives raw grey levels of a region (x0, y0, x1, y1) or the whole.
+
+    ``read`` raises ``FrameUnreadableError`` for a damaged frame or a gap.
+    """
+
+    @property
+    def count(self) -> int:
+        """Number of frames, gaps counted."""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+
+    @property
+    def full_scale(self) -> float:
+        """The highest grey level."""
+
+    def read(self, index: int, region: tuple[int, int, int, int] | None = None) -> NDArray[Any]:
+        """Grey levels of frame ``index``."""
+
+
+class FrameArray:
+    """Frames held in one array (frames, rows, columns): for notebooks and tests."""
+
+    def __init__(self, values: NDArray[Any], full_scale: float | None = None) -> None:
+        """Take the frames; ``full_scale`` is that of their type unless given."""
+        self._values = values
+        self._full_scale = full_scale or float(np.iinfo(values.dtype).max)
+
+    @property
+    def count(self) -> int:
+        """Number of frames."""
+        return len(self._values)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return self._values.shape[1], self._values.shape[2]
+
+    @property
+    def full_scale(self) -> float:
+        """The highest grey level."""
+        return self._full_scale
+
+    def read(self, index: int, region: tuple[int, int, int, int] | None = None) -> NDArray[Any]:
+        """Grey levels of frame ``index``."""
+        if region is None:
+            return np.asarray(self._values[index])
+        x0, y0, x1, y1 = region
+        return np.asarray(self._values[index, y0:y1, x0:x1])
+
+
+def read_patch(
+    frames: Frames, index: int, background: Background, box: tuple[float, float, float, float]
+) -> Patch | str:
+    """Read and flatten the part of frame ``index`` inside ``box`` (left, top, right, bottom in px, cut to the frame).
+
+    Returns a status word instead where the frame cannot be read or the box lies outside.
+    """
+    rows, columns = frames.shape
+    x0, y0 = max(0, int(box[0])), max(0, int(box[1]))
+    x1, y1 = min(columns, int(box[2]) + 2), min(rows, int(box[3]) + 2)
+    if x1 - x0 < 8 or y1 - y0 < 8:
+        return "out_of_frame"
+    try:
+        raw = frames.read(index, (x0, y0, x1, y1))
+    except FrameUnreadableError as error:
+        return error.status
+    return cut_patch(raw, x0, y0, background)
+
+
+def read_samples(frames: Frames, indices: list[int]) -> NDArray[Any]:
+    """Read whole frames, those that can be read, into one array (frames, rows, columns).
+
+    Raises ``FrameUnreadableError`` where none can.
+    """
+    found: list[NDArray[Any]] = []
+    for index in indices:
+        try:
+            found.append(frames.read(index))
+        except FrameUnreadableError as error:
+            last = error
+    if not found:
+        raise last
+    return np.stack(found)

@@ -1,0 +1,117 @@
+"""The top view: a circle in every frame until the splash closes over it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from wentry_cli.contours.ellipse import EllipseShape
+from wentry_cli.imaging.background import Background
+from wentry_cli.tracking.flight import leaves_frame, margin_of
+from wentry_cli.tracking.follow import Plan, follow
+from wentry_cli.tracking.impact import weighted_line
+from wentry_cli.tracking.prediction import Path
+from wentry_cli.tracking.sighting import Look, Sighting
+from wentry_cli.tracking.source import Frames
+
+HIDDEN_AFTER = 10
+
+
+def track_top(
+    frames: Frames, ground: Background, seed: Path, *, level: str = "accurate", exposure_frames: float = 0.0
+) -> list[Sighting]:
+    """Fit a circle in every frame, from the seed backwards to the first and forwards until the sphere is hidden.
+
+    Hidden is what could not be measured in ten frames in a row: the splash has domed over, and all later frames are
+    ``occluded``.
+    """
+    plan = _circle_plan(frames.shape, level, exposure_frames)
+    start = seed.frames[0]
+    forward = Path(seed.radius, list(seed.frames), list(seed.shapes))
+    seen = follow(frames, ground, forward, range(start, frames.count), plan, patience=HIDDEN_AFTER)
+    backward = Path(seed.radius, seed.frames[::-1], seed.shapes[::-1])
+    before = follow(frames, ground, backward, range(start - 1, -1, -1), plan, patience=HIDDEN_AFTER)
+    return [*reversed(before), *_hidden_at_the_end(seen)]
+
+
+def _hidden_at_the_end(seen: list[Sighting]) -> list[Sighting]:
+    last = max((index for index, item in enumerate(seen) if item.ok), default=-1)
+    tail = seen[last + 1 :]
+    if len(tail) < HIDDEN_AFTER:
+        return seen
+    hidden = [Sighting(item.frame, _hidden(item.status)) for item in tail]
+    return [*seen[: last + 1], *hidden]
+
+
+def _hidden(status: str) -> str:
+    return status if status in {"bad_frame", "gap", "out_of_frame"} else "occluded"
+
+
+def _circle_plan(frame_shape: tuple[int, int], level: str, exposure_frames: float) -> Plan:
+    def plan(_: int, guess: EllipseShape, velocity: tuple[float, float]) -> Look | str:
+        radius = guess.radius * guess.stretch
+        circle = EllipseShape(guess.x, guess.y, radius)
+        if leaves_frame(circle, frame_shape):
+            return "out_of_frame"
+        reach = radius + margin_of(radius)
+        box = (guess.x - reach, guess.y - reach, guess.x + reach, guess.y + reach)
+        motion = (velocity[0] * exposure_frames, velocity[1] * exposure_frames)
+        return Look(box, "x y R", motion_px=motion, level=level, outline="circle", one_sided=True)
+
+    return plan
+
+
+@dataclass(frozen=True)
+class TopScale:
+    """Scale of the top view in the plane of the free surface, px/m, with its standard uncertainty and origin."""
+
+    px_m: float
+    unc_px_m: float
+    source: str
+
+
+def scale_from_approach(
+    time_s: ArrayLike, radius_px: ArrayLike, unc_px: ArrayLike, radius_m: float, distance_m: float | None
+) -> TopScale:
+    """Scale from the undeformed sphere on its way to the surface.
+
+    ``time_s`` counts from impact; the radii before it (px) lie on a line, since the sphere recedes from the camera, and
+    its value at impact is that of a sphere whose centre is one radius above the surface. With the distance of the
+    camera above the surface known that is carried down to the surface. NaN where fewer than three frames are known.
+    """
+    time, radius, unc = (np.asarray(item, np.float64) for item in (time_s, radius_px, unc_px))
+    before = (time < 0) & np.isfinite(radius) & np.isfinite(unc) & (unc > 0)
+    if np.count_nonzero(before) < 3:
+        return TopScale(math.nan, math.nan, "unknown")
+    design = np.stack([np.ones(np.count_nonzero(before)), time[before]], axis=1)
+    solution, covariance, _ = weighted_line(design, radius[before], unc[before])
+    lower = 1.0 if distance_m is None else (distance_m - radius_m) / distance_m
+    scale = float(solution[0]) * lower / radius_m
+    return TopScale(scale, scale * math.sqrt(covariance[0, 0]) / float(solution[0]), "approach")
+
+
+def top_stretch(
+    radius_px: ArrayLike, unc_px: ArrayLike, scale: TopScale, radius_m: float, magnification: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Stretch λ and its standard uncertainty from radii in px: the radius over that of the undeformed sphere.
+
+    ``magnification`` is that of the plane of the sphere's equator against that of the surface.
+    """
+    reference = scale.px_m * radius_m * np.asarray(magnification, np.float64)
+    radius, unc = np.asarray(radius_px, np.float64), np.asarray(unc_px, np.float64)
+    stretch = radius / reference
+    return stretch, np.hypot(unc / reference, stretch * scale.unc_px_m / scale.px_m)
+
+
+def magnification_at(height_m: ArrayLike, distance_m: float | None) -> NDArray[np.float64]:
+    """Magnification of a plane at ``height_m`` above the surface for a camera ``distance_m`` above it (pinhole).
+
+    1 where the distance is not known, or the height (NaN).
+    """
+    height = np.asarray(height_m, np.float64)
+    if distance_m is None:
+        return np.ones_like(height)
+    return np.where(np.isfinite(height), distance_m / (distance_m - np.nan_to_num(height)), 1.0)

@@ -1,0 +1,77 @@
+"""The radius below the surface: pooled from frames in which it was left free, then put into every frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from wentry_cli.contours.ellipse import SilhouetteFit
+from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius, pool_radius
+from wentry_cli.tracking.sighting import Sighting, radius_slope, with_radius
+
+SMALLEST_ARC = 0.30
+LARGEST_GATE = 0.35
+ONE_VALUE_PER = 8
+
+
+def tells_radius(fit: SilhouetteFit) -> bool:
+    """Whether enough of the outline agrees with the ellipse for its size to be trusted."""
+    return fit.arc_fraction * (1.0 - fit.gated_fraction) >= SMALLEST_ARC and fit.gated_fraction <= LARGEST_GATE
+
+
+def pool_sightings(sightings: Sequence[Sighting], *, wet: bool) -> PooledRadius:
+    """Pool the radii of the sightings in one medium that were fitted with a free radius and see enough of the outline.
+
+    A shape that is no ellipse makes the size oscillate with the sphere, slowly against the frame rate: below the
+    surface eight frames count as one independent value.
+    """
+    used = [
+        item.fit
+        for item in sightings
+        if item.ok
+        and item.wet == wet
+        and item.free_radius
+        and item.fit is not None
+        and item.fit.covariance[2, 2] > 0
+        and tells_radius(item.fit)
+    ]
+    if not used:
+        return NO_RADIUS
+    return pool_radius(
+        [fit.radius_px for fit in used],
+        [fit.radius_unc_px for fit in used],
+        correlated_over=ONE_VALUE_PER if wet else 1,
+    )
+
+
+def constrain(sightings: Sequence[Sighting], radius: PooledRadius, *, wet: bool) -> list[Sighting]:
+    """Put the pooled radius into every sighting of one medium.
+
+    A fit with free radius carries in its covariance how the other parameters answer to the radius: that is exact to
+    first order, and the radius moves by parts in a thousand at most. Fits with fixed radius borrow the answer of
+    their neighbours in time. Sightings of the other medium, and failed ones, are returned as they are.
+    """
+    if not radius.known:
+        return list(sightings)
+    known = [
+        (item.frame, radius_slope(item.fit))
+        for item in sightings
+        if item.ok and item.wet == wet and item.free_radius and item.fit is not None
+    ]
+    at = np.array([frame for frame, _ in known], dtype=np.float64)
+    slopes = np.array([slope for _, slope in known]).reshape(len(known), 5)
+    return [_constrained(item, radius, (at, slopes)) if item.wet == wet else item for item in sightings]
+
+
+def _constrained(item: Sighting, radius: PooledRadius, known: tuple[np.ndarray, np.ndarray]) -> Sighting:  # type: ignore[type-arg]
+    if not item.ok or item.fit is None or item.fit.radius_px == radius.value:
+        return item
+    if item.free_radius:
+        slope = radius_slope(item.fit)
+    elif known[0].size:
+        slope = np.array([np.interp(item.frame, known[0], column) for column in known[1].T])
+    else:
+        slope = np.zeros(5)
+    return replace(item, fit=with_radius(item.fit, radius.value, slope))
