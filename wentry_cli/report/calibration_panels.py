@@ -1,0 +1,100 @@
+"""Figures 11 and 12b: what the material's parameters come from."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import FigureBase
+
+from wentry_cli.report.campaign import Campaign, DropResults, as_number, as_text
+from wentry_cli.report.curves import measured
+from wentry_cli.report.names import file_stem
+from wentry_cli.report.oscillation_panels import measured_stretch, model_stretch
+from wentry_cli.report.panel import NotDrawn, Panel
+from wentry_cli.report.style import BLACK, BLUE, GREY, WIDE_SIZE, plain
+
+IMPACT_TITLE = "Impact on a rigid surface"
+COMPRESSION_TITLE = "Quasi-static compression"
+COMPRESSION_COLUMNS = ["displacement_m", "force_n"]
+
+
+def surface_impacts(campaign: Campaign) -> list[Panel | NotDrawn]:
+    """Panel 12b: λ(t) after impacts on a rigid surface with the model, one for each sphere; shaded by speed."""
+    drops = [
+        drop for drop in campaign.of("surface_impact") if not measured(drop.table("stretch"), ["t_s", "stretch"]).empty
+    ]
+    if not drops:
+        return [NotDrawn("12b", IMPACT_TITLE, "no drop on a rigid surface has a measured stretch")]
+    spheres = sorted({drop.text("sphere_id") or drop.name for drop in drops})
+    groups = {name: [drop for drop in drops if (drop.text("sphere_id") or drop.name) == name] for name in spheres}
+    return [_impact_panel(name, group) for name, group in groups.items()]
+
+
+def _impact_panel(sphere: str, drops: list[DropResults]) -> Panel:
+    ordered = sorted(drops, key=lambda drop: (drop.number("impact_speed_m_s"), drop.name))
+    tables = []
+    for drop in ordered:
+        both = pd.concat([measured_stretch(drop), model_stretch(drop)], ignore_index=True)
+        tables.append(both.assign(drop=drop.name, impact_speed_m_s=drop.number("impact_speed_m_s")))
+    data = pd.concat(tables, ignore_index=True)
+    caption = (
+        f"Stretch of sphere {sphere} after impact on a rigid surface: measured (squares, with standard uncertainty) "
+        "and the "
+        "viscoelastic model with its time scaled (lines). The darker, the faster."
+    )
+    if not bool(data["series"].str.startswith("model").any()):
+        caption += " No line: the model did not run for these drops."
+    stem = f"fig_12b_{file_stem(sphere)}"
+    return Panel(
+        "12b", stem, f"{IMPACT_TITLE}, sphere {sphere}", caption, data, partial(_draw_impacts, data=data), WIDE_SIZE
+    )
+
+
+def _draw_impacts(figure: FigureBase, data: pd.DataFrame) -> None:
+    ax = figure.subplots()
+    ax.axhline(1.0, color=GREY, linewidth=0.6, zorder=0)
+    groups = list(data.groupby("drop", sort=False))
+    shades = [f"{level:.3f}" for level in np.linspace(0.65, 0.0, len(groups))] if len(groups) > 1 else ["0.2"]
+    for shade, (name, rows) in zip(shades, groups, strict=True):
+        shown = rows[rows["series"] == "measured"]
+        speed = float(rows["impact_speed_m_s"].iloc[0])
+        label = f"$U_0$ = {speed:.2f} m/s" if np.isfinite(speed) else plain(str(name)).lstrip("_")
+        ax.errorbar(
+            shown["t_ms"], shown["stretch"], yerr=shown["stretch_unc"], fmt="s", markersize=2.8, color=shade,
+            elinewidth=0.5, markerfacecolor="none", markeredgewidth=0.7, label=label,
+        )  # fmt: skip
+        line = rows[rows["series"] == "model, time scaled"]
+        ax.plot(line["t_ms"], line["stretch"], color=shade, linewidth=1.1)
+    ax.set(xlabel="$t$ (ms)", ylabel=r"$\lambda$")
+    ax.margins(x=0.02)
+    ax.legend(loc="upper right")
+
+
+def compression(campaign: Campaign) -> list[Panel | NotDrawn]:
+    """Panel 11: force against displacement over D with the neo-Hookean curve, for each compressed sphere."""
+    table = campaign.compression
+    if table.empty:
+        return [NotDrawn("11", COMPRESSION_TITLE, "the results hold no compression test (compression.csv)")]
+    panels: list[Panel | NotDrawn] = [
+        _compression_panel(as_text(name), rows) for name, rows in table.groupby("material", sort=True)
+    ]
+    return panels or [NotDrawn("11", COMPRESSION_TITLE, "the compression test names no material")]
+
+
+def _compression_panel(material: str, rows: pd.DataFrame) -> Panel:
+    diameter = as_number(rows["diameter_m"].iloc[0])
+    data = pd.DataFrame({"displacement_over_d": rows["displacement_m"] / diameter})
+    data = data.assign(force_n=rows["force_n"], force_model_n=rows["force_model_n"]).reset_index(drop=True)
+
+    def draw(figure: FigureBase) -> None:
+        ax = figure.subplots()
+        ax.plot(data["displacement_over_d"], data["force_n"], color=BLUE, linestyle=(0, (3, 1.5)), label="measured")
+        ax.plot(data["displacement_over_d"], data["force_model_n"], color=BLACK, label="neo-Hookean fit")
+        ax.set(xlabel="$d/D$", ylabel="$F$ (N)", xlim=(0, None), ylim=(0, None))
+        ax.legend(loc="upper left")
+
+    value, unc = (as_number(rows[name].iloc[0]) for name in ("g_inf_pa", "g_inf_pa_unc"))
+    caption = f"Compression of {material} between plates: G∞ = {value / 1e3:.3f} ± {unc / 1e3:.3f} kPa."
+    return Panel("11", f"fig_11_{file_stem(material)}", f"{COMPRESSION_TITLE}, {material}", caption, data, draw)

@@ -1,0 +1,177 @@
+"""What a report is made from: the tables of a results folder, read with tolerance.
+
+A table that is missing is empty; one that cannot be read is empty and noted. Nothing here measures or fits.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from wentry_cli.errors import WentryError
+from wentry_cli.schemas import TABLES
+from wentry_cli.tables import has_table, read_table
+
+DROP_TABLES = (
+    "frames", "geometry", "top", "side", "cavity", "neck", "events", "stretch", "periods",
+    "kinematics", "model", "model_fit", "kinematics_model", "forces", "summary",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class DropResults:
+    """One drop: its row of the summary and its tables."""
+
+    name: str
+    summary: Mapping[str, Any]
+    tables: Mapping[str, pd.DataFrame]
+    problems: tuple[str, ...] = ()
+    configuration: Mapping[str, Any] = field(default_factory=dict)
+    stages: Mapping[str, Any] = field(default_factory=dict)
+
+    def table(self, name: str) -> pd.DataFrame:
+        """Return a table of this drop, empty with its columns where it was not written."""
+        found = self.tables.get(name)
+        return pd.DataFrame(columns=TABLES[name].names) if found is None else found
+
+    def number(self, column: str) -> float:
+        """Return a number of the summary, NaN where it was not measured."""
+        return as_number(self.summary.get(column))
+
+    def text(self, column: str) -> str:
+        """Return a word of the summary, empty where it was not written."""
+        return as_text(self.summary.get(column))
+
+    @property
+    def kind(self) -> str:
+        """Water entry, surface impact or free flight, as the contract writes them."""
+        return self.text("kind")
+
+    @property
+    def rigid(self) -> bool:
+        """Whether the sphere is rigid."""
+        return self.text("rigid").lower() in {"true", "1", "yes"}
+
+    @property
+    def deformable_entry(self) -> bool:
+        """Whether this is the water entry of a deformable sphere."""
+        return self.kind == "water_entry" and not self.rigid
+
+    @property
+    def seal(self) -> str:
+        """Seal type, empty where there is none."""
+        return self.text("seal_type")
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """All drops with the tables that belong to the campaign."""
+
+    folder: Path
+    drops: tuple[DropResults, ...]
+    scaling: pd.DataFrame
+    materials: pd.DataFrame
+    table_1: pd.DataFrame
+    run: Mapping[str, Any] = field(default_factory=dict)
+    compression: pd.DataFrame = field(default_factory=pd.DataFrame)
+    problems: tuple[str, ...] = ()
+
+    def relation(self, name: str) -> dict[str, Any]:
+        """Return the row of ``scaling.csv`` of a relation, empty where it was not fitted."""
+        found = self.scaling[self.scaling["relation"] == name]
+        return {} if found.empty else dict(found.iloc[0])
+
+    def of(self, kind: str) -> list[DropResults]:
+        """Return the drops of a kind."""
+        return [drop for drop in self.drops if drop.kind == kind]
+
+
+def as_number(value: Any) -> float:
+    """Turn a cell into a float, NaN where it is empty or no number."""
+    try:
+        return math.nan if value is None or value is pd.NA else float(value)
+    except (TypeError, ValueError):
+        return math.nan
+
+
+def as_text(value: Any) -> str:
+    """Turn a cell into a word, empty where the cell is."""
+    if value is None or value is pd.NA or (isinstance(value, float) and math.isnan(value)):
+        return ""
+    return str(value)
+
+
+def read_campaign(results: Path, names: list[str], table_1: pd.DataFrame | None = None) -> Campaign:
+    """Read what there is of the drops ``names`` and of their campaign from a results folder.
+
+    ``table_1`` are the materials that the drops use, in the columns of ``materials.csv``.
+    """
+    problems: list[str] = []
+    summary = _read(results, "summary", problems)
+    rows = {as_text(row["drop"]): row for row in summary.to_dict("records")}
+    drops = tuple(_read_drop(results / name, name, rows.get(name)) for name in names)
+    return Campaign(
+        folder=results,
+        drops=drops,
+        scaling=_read(results, "scaling", problems),
+        materials=_read(results, "materials", problems),
+        table_1=pd.DataFrame(columns=TABLES["materials"].names) if table_1 is None else table_1,
+        run=read_json(results / "run.json"),
+        problems=tuple(problems),
+    )
+
+
+def _read_drop(folder: Path, name: str, row: dict[Any, Any] | None) -> DropResults:
+    problems: list[str] = []
+    tables = {table: _read(folder, table, problems) for table in DROP_TABLES if has_table(folder, table)}
+    own = tables.get("summary")
+    if row is None and own is not None and not own.empty:
+        row = dict(own.iloc[0])
+    summary = {str(key): value for key, value in (row or {}).items()}
+    experiment = read_json(folder / "drop.json").get("experiment")
+    configuration = experiment if isinstance(experiment, dict) else {}
+    return DropResults(name, summary, tables, tuple(problems), configuration, read_json(folder / "stages.json"))
+
+
+def _read(folder: Path, name: str, problems: list[str]) -> pd.DataFrame:
+    empty = pd.DataFrame(columns=TABLES[name].names)
+    if not has_table(folder, name):
+        return empty
+    try:
+        return read_table(folder, name)
+    except WentryError as error:
+        problems.append(str(error))
+        return empty
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Read a JSON object, empty where the file is missing or is something else."""
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def example_drop(drops: Iterable[DropResults], needed: str) -> DropResults | None:
+    """Choose the drop that single-drop panels show: with the table ``needed``, nearest to the paper's case.
+
+    The paper shows G∞ = 6.9 kPa (Table 1), D = 51 mm, U₀ = 5.3 m/s with a deep seal.
+    """
+    able = [drop for drop in drops if drop.deformable_entry and not drop.table(needed).empty]
+    return min(able, key=_distance_to_paper, default=None)
+
+
+def _distance_to_paper(drop: DropResults) -> tuple[float, str]:
+    aims = {"g_inf_pa": 6900.0, "diameter_m": 0.051, "impact_speed_m_s": 5.3}
+    gap = 0.0 if drop.seal == "deep_seal" else 5.0
+    for column, aim in aims.items():
+        value = drop.number(column)
+        gap += abs(math.log(value / aim)) if math.isfinite(value) and value > 0 else 5.0
+    return gap, drop.name

@@ -1,0 +1,123 @@
+"""One sheet for each drop: position, stretch, velocity and acceleration, as far as they were measured."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import FigureBase
+
+from wentry_cli.report.campaign import Campaign, DropResults
+from wentry_cli.report.curves import measured
+from wentry_cli.report.names import file_stem
+from wentry_cli.report.oscillation_panels import draw_stretch, measured_stretch, model_stretch
+from wentry_cli.report.panel import NotDrawn, Panel
+from wentry_cli.report.style import BLACK, BLUE, GREEN, GREY, ORANGE
+from wentry_cli.report.velocity_panels import with_gaps
+
+Drawer = Callable[[Axes, pd.DataFrame], None]
+
+
+def drop_sheets(campaign: Campaign) -> list[Panel | NotDrawn]:
+    """A sheet for each drop that has anything measured in time."""
+    return [_sheet(drop) for drop in campaign.drops if drop.kind != "free_flight"]
+
+
+def _sheet(drop: DropResults) -> Panel | NotDrawn:
+    title = f"Drop {drop.name}"
+    parts: dict[str, tuple[pd.DataFrame, Drawer]] = {
+        "position": (_positions(drop), _draw_positions),
+        "stretch": (pd.concat([measured_stretch(drop), model_stretch(drop)], ignore_index=True), _draw_stretch),
+        "velocity": (_motion(drop, "v_c_m_s"), partial(_draw_motion, label="$\\dot{y}_c$ (m/s)")),
+        "acceleration": (_motion(drop, "a_c_m_s2"), partial(_draw_motion, label="$\\ddot{y}_c$ (m/s$^2$)")),
+    }
+    parts = {name: part for name, part in parts.items() if not part[0].empty}
+    if not parts:
+        return NotDrawn("sheet", title, "nothing was measured in time")
+    data = pd.concat([table.assign(part=name) for name, (table, _) in parts.items()], ignore_index=True)
+    moments = [drop.number("t_p_s")] if math.isfinite(drop.number("t_p_s")) else []
+    drawers = {name: drawer for name, (_, drawer) in parts.items()}
+    caption = (
+        "Height of the lowest point, the centre of mass and the separation line; stretch; velocity and acceleration "
+        "of the "
+        "centre of mass with their standard uncertainty (band). Black: from the measured stretch; orange: the "
+        "paper's route, "
+        "from the time-scaled model. Dotted: pinch-off."
+    )
+    draw = partial(_draw_sheet, data=data, drawers=drawers, moments=[1e3 * t for t in moments])
+    size = (7.2, 2.5 * math.ceil(len(parts) / _columns(len(parts))))
+    return Panel("sheet", f"drop_{file_stem(drop.name)}", title, caption, data, draw, size, drop.name)
+
+
+def _draw_sheet(figure: FigureBase, data: pd.DataFrame, drawers: dict[str, Drawer], moments: list[float]) -> None:
+    columns = _columns(len(drawers))
+    axes = figure.subplots(math.ceil(len(drawers) / columns), columns, squeeze=False).ravel()
+    for ax, (name, drawer) in zip(axes, drawers.items(), strict=False):
+        drawer(ax, data[data["part"] == name])
+        for moment in moments:
+            ax.axvline(moment, color=GREY, linewidth=0.8, linestyle=(0, (1, 1.6)), zorder=0)
+        ax.set_xlabel("$t$ (ms)")
+        ax.margins(x=0.02)
+    for ax in axes[len(drawers) :]:
+        ax.set_axis_off()
+
+
+def _columns(parts: int) -> int:
+    return parts if parts < 4 else 2
+
+
+def _positions(drop: DropResults) -> pd.DataFrame:
+    tables = []
+    for series, table, column in (
+        ("lowest point", "side", "y_b_m"),
+        ("separation line", "side", "separation_y_m"),
+        ("centre of mass", "kinematics", "y_c_m"),
+    ):  # fmt: skip
+        found = measured(drop.table(table), ["t_s", column])
+        tables.append(pd.DataFrame({"t_ms": 1e3 * found["t_s"], "y_mm": 1e3 * found[column], "series": series}))
+    return pd.concat([table for table in tables if not table.empty] or tables[:1], ignore_index=True)
+
+
+def _draw_positions(ax: Axes, data: pd.DataFrame) -> None:
+    ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
+    for name, color in (("lowest point", BLUE), ("separation line", GREEN), ("centre of mass", BLACK)):
+        shown = data[data["series"] == name]
+        if not shown.empty:
+            ax.plot(shown["t_ms"], shown["y_mm"], ".", markersize=2.4, color=color, label=name)
+    ax.set_ylabel("$y$ (mm)")
+    ax.legend(loc="best", markerscale=2.5)
+
+
+def _draw_stretch(ax: Axes, data: pd.DataFrame) -> None:
+    draw_stretch(ax, data)
+    ax.set_ylabel(r"$\lambda$")
+    ax.legend(loc="best")
+
+
+def _motion(drop: DropResults, column: str) -> pd.DataFrame:
+    tables = []
+    for series, name in (("measured stretch", "kinematics"), ("model stretch", "kinematics_model")):
+        found = measured(drop.table(name), ["t_s", column, f"{column}_unc"])
+        table = pd.DataFrame({"t_ms": 1e3 * found["t_s"], "value": found[column], "value_unc": found[f"{column}_unc"]})
+        tables.append(table.assign(series=series))
+    return pd.concat([table for table in tables if not table.empty] or tables[:1], ignore_index=True)
+
+
+def _draw_motion(ax: Axes, data: pd.DataFrame, label: str) -> None:
+    ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
+    for name, color in (("model stretch", ORANGE), ("measured stretch", BLACK)):
+        line = with_gaps(data.loc[data["series"] == name, ["t_ms", "value", "value_unc"]])
+        if line.empty:
+            continue
+        t, value, unc = line["t_ms"], line["value"], line["value_unc"]
+        ax.fill_between(t, value - unc, value + unc, color=color, alpha=0.22, linewidth=0)
+        ax.plot(t, value, color=color, linewidth=1.0, label=name)
+    values = data["value"].astype(float)
+    low, high = float(values.quantile(0.005)), float(values.quantile(0.995))
+    room = 0.15 * (high - low) or 1.0
+    ax.set(ylabel=label, ylim=(low - room, high + room))
+    if len(set(data["series"])) > 1:
+        ax.legend(loc="best")

@@ -1,0 +1,160 @@
+"""Film strips with what was measured drawn over them: from the tables, not from the fits themselves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import FigureBase
+from matplotlib.patches import Ellipse
+from matplotlib.patheffects import withStroke
+
+from wentry_cli.errors import WentryError
+from wentry_cli.frames.reader import Recording, Region
+from wentry_cli.report.campaign import DropResults, as_number, as_text
+from wentry_cli.report.names import file_stem
+from wentry_cli.report.panel import NotDrawn, Panel
+from wentry_cli.report.strip_frames import Shot, read_shots
+from wentry_cli.report.style import (
+    OVERLAY_BOTTOM,
+    OVERLAY_CIRCLE,
+    OVERLAY_ELLIPSE,
+    OVERLAY_SEPARATION,
+    WIDE_SIZE,
+    plain,
+)  # fmt: skip
+
+OpenView = Callable[[str, str], Recording]
+WIDTH_IN = WIDE_SIZE[0]
+SIDE_COLUMNS = ["center_x_px", "center_y_px", "radius_px", "stretch", "tilt_deg", "bottom_y_px", "bottom_local_y_px",
+                "separation_y_px", "status"]  # fmt: skip
+TOP_COLUMNS = ["center_x_px", "center_y_px", "radius_px", "status"]
+
+
+def film_strips(drop: DropResults, open_view: OpenView) -> list[Panel | NotDrawn]:
+    """A strip for each view of a drop that was tracked; ``open_view(drop, view)`` gives the recording."""
+    return [_strip(drop, view, open_view) for view in ("side", "top") if not drop.table(view).empty]
+
+
+def _strip(drop: DropResults, view: str, open_view: OpenView) -> Panel | NotDrawn:
+    title = f"{drop.name}, {view} view"
+    try:
+        recording = open_view(drop.name, view)
+    except (WentryError, OSError, KeyError):
+        return NotDrawn("film strip", title, "the recording cannot be opened any more (moved or deleted)")
+    try:
+        shots, region = read_shots(drop, view, recording)
+    except (WentryError, OSError):
+        return NotDrawn("film strip", title, "the recording cannot be read any more")
+    finally:
+        recording.close()
+    if not shots:
+        return NotDrawn("film strip", title, "no frame of a telling moment can be read")
+    return _panel(drop, view, shots, region)
+
+
+def _panel(drop: DropResults, view: str, shots: list[Shot], region: Region) -> Panel:
+    columns = SIDE_COLUMNS if view == "side" else TOP_COLUMNS
+    records = [
+        {"view": view, "frame": shot.row["frame"], "t_s": as_number(shot.row["t_s"]), "label": shot.moment.label}
+        | {name: shot.row.get(name) for name in columns}
+        for shot in shots
+    ]
+    data = pd.DataFrame.from_records(records)
+    height = WIDTH_IN / len(shots) * (region[3] - region[1]) / (region[2] - region[0]) + 0.36
+    scale = pixels_per_metre(drop, view)
+    draw = partial(_draw_strip, shots=shots, region=region, view=view, scale=scale)
+    what = {
+        "side": "ellipse yellow, lowest point red cross, separation line green",
+        "top": "circle cyan",
+    }[view]
+    caption = f"Film strip of drop {drop.name}, {view} view, with the measurement drawn from {view}.csv: {what}."
+    bar = scale_bar_mm(region, scale)
+    caption += (
+        f" Scale bar {bar:g} mm"
+        + (" (scale through the water)." if view == "side" and drop.kind == "water_entry" else ".")
+        if bar
+        else ""
+    )
+    stem = f"strip_{view}_{file_stem(drop.name)}"
+    return Panel("film strip", stem, f"{drop.name}, {view} view", caption, data, draw, (WIDTH_IN, height), drop.name)
+
+
+def pixels_per_metre(drop: DropResults, view: str) -> float:
+    """Scale of a view: through the water for the side of a water entry, else in air; NaN where unknown."""
+    rows = drop.table("geometry")
+    rows = rows[rows["view"] == view]
+    if rows.empty:
+        return math.nan
+    water, air = (as_number(rows[name].iloc[0]) for name in ("scale_water_px_per_m", "scale_px_per_m"))
+    wet = view == "side" and drop.kind == "water_entry" and math.isfinite(water)
+    return water if wet else air
+
+
+def scale_bar_mm(region: Region, scale: float) -> float:
+    """A round length of about a third of the image's width; 0 where the scale is unknown."""
+    if not (math.isfinite(scale) and scale > 0):
+        return 0.0
+    third = 1e3 * (region[2] - region[0]) / scale / 3.0
+    power = 10.0 ** math.floor(math.log10(third))
+    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= third)
+
+
+def _draw_strip(figure: FigureBase, shots: list[Shot], region: Region, view: str, scale: float) -> None:
+    axes = figure.subplots(1, len(shots), squeeze=False, gridspec_kw={"wspace": 0.03})[0]
+    x0, y0, x1, y1 = region
+    for ax, shot in zip(axes, shots, strict=True):
+        box = (x0 - 0.5, x1 - 0.5, y1 - 0.5, y0 - 0.5)
+        ax.imshow(shot.picture, cmap="gray", vmin=0, vmax=255, extent=box, interpolation="none")
+        status = as_text(shot.row.get("status"))
+        if status == "ok":
+            (_overlay_side if view == "side" else _overlay_top)(ax, shot.row)
+        ax.set(xlim=box[:2], ylim=box[2:])
+        ax.set_axis_off()
+        note = shot.moment.label if status == "ok" else status.replace("_", " ")
+        title = f"{1e3 * as_number(shot.row['t_s']):.1f} ms\n{plain(note)}"
+        ax.set_title(title, fontsize=6.0, fontweight="normal", loc="center", pad=2.0, linespacing=1.1)
+    _scale_bar(axes[-1], region, scale)
+
+
+def _overlay_side(ax: Axes, row: dict[str, Any]) -> None:
+    x, y, radius = (as_number(row[name]) for name in ("center_x_px", "center_y_px", "radius_px"))
+    stretch, tilt = as_number(row["stretch"]), as_number(row["tilt_deg"])
+    stretch = stretch if math.isfinite(stretch) else 1.0
+    if math.isfinite(x + y + radius):
+        # Rows run downwards and a positive tilt moves the lower pole to the right.
+        angle = -tilt if math.isfinite(tilt) else 0.0
+        outline = Ellipse((x, y), 2 * stretch * radius, 2 * radius / stretch**2, angle=angle, fill=False)
+        outline.set(edgecolor=OVERLAY_ELLIPSE, linewidth=0.9)
+        ax.add_patch(outline)
+    separation = as_number(row["separation_y_px"])
+    if math.isfinite(separation + x + radius):
+        reach = 1.25 * stretch * radius
+        ax.plot([x - reach, x + reach], [separation, separation], color=OVERLAY_SEPARATION, linewidth=0.9)
+    bottom = as_number(row["bottom_local_y_px"])
+    bottom = bottom if math.isfinite(bottom) else as_number(row["bottom_y_px"])
+    if math.isfinite(bottom + x):
+        ax.plot(x, bottom, "+", color=OVERLAY_BOTTOM, markersize=5.5, markeredgewidth=1.1)
+
+
+def _overlay_top(ax: Axes, row: dict[str, Any]) -> None:
+    x, y, radius = (as_number(row[name]) for name in ("center_x_px", "center_y_px", "radius_px"))
+    if math.isfinite(x + y + radius):
+        circle = Ellipse((x, y), 2 * radius, 2 * radius, fill=False)
+        circle.set(edgecolor=OVERLAY_CIRCLE, linewidth=0.9)
+        ax.add_patch(circle)
+
+
+def _scale_bar(ax: Axes, region: Region, scale: float) -> None:
+    length = scale_bar_mm(region, scale)
+    if not length:
+        return
+    x0, _, x1, y1 = region
+    right, row = x1 - 0.06 * (x1 - x0), y1 - 0.06 * (x1 - x0)
+    left = right - 1e-3 * length * scale
+    ax.plot([left, right], [row, row], color="black", linewidth=1.6, solid_capstyle="butt",
+            path_effects=[withStroke(linewidth=3.0, foreground="white")])  # fmt: skip

@@ -1,0 +1,100 @@
+"""Figure 8: force coefficients, averaged over the periods of soft spheres and instantaneous for rigid ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import FigureBase
+from matplotlib.lines import Line2D
+
+from wentry_cli.report.campaign import Campaign
+from wentry_cli.report.curves import conditions, mean_curve, measured
+from wentry_cli.report.legends import size_handles
+from wentry_cli.report.panel import NotDrawn, Panel
+from wentry_cli.report.style import BLACK, BLUE, GREY, PANEL_SIZE, line_width, marker_size
+from wentry_cli.report.velocity_panels import LATEST, with_gaps
+
+COLUMNS = ["t_mid_over_tp", "force_coefficient", "force_coefficient_unc"]
+TITLE = "Force coefficient"
+
+
+def force_coefficients(campaign: Campaign) -> Panel | NotDrawn:
+    """Panel 8: C̄_F of deformable and C_F of rigid spheres against t/t_p."""
+    tables = _period_averages(campaign) + _rigid_curves(campaign)
+    if not tables:
+        return NotDrawn("8", TITLE, "no drop has force coefficients")
+    data = pd.concat(tables, ignore_index=True)
+
+    def draw(figure: FigureBase) -> None:
+        ax = figure.subplots()
+        ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
+        for _, curve in data[data["series"] == "rigid"].groupby("drop", sort=False):
+            line = with_gaps(curve)
+            t, c, unc = (line[name] for name in COLUMNS)
+            ax.fill_between(t, c - unc, c + unc, color=BLUE, alpha=0.2, linewidth=0, zorder=1)
+            ax.plot(t, c, color=BLUE, linewidth=line_width(float(curve["diameter_m"].iloc[0])), zorder=2)
+        for row in data[data["series"] == "period average"].to_dict("records"):
+            ax.errorbar(
+                row[COLUMNS[0]], row[COLUMNS[1]], yerr=row[COLUMNS[2]], fmt="o", color=BLACK,
+                markersize=0.85 * marker_size(row["diameter_m"]), elinewidth=0.8, markeredgewidth=0.0, zorder=4,
+            )  # fmt: skip
+        ax.set(xlabel="$t/t_p$", ylabel=r"$\overline{C}_F,\ C_F$", xlim=(0, LATEST))
+        ax.set_ylim(_limits(data))
+        ax.legend(handles=_handles(data), loc="upper right")
+
+    caption = (
+        "Net force coefficients in the direction of travel against t/t_p: averaged over each period of the deformable "
+        "spheres (black symbols, by period), instantaneous for rigid spheres (blue curves). Bars and bands: standard "
+        "uncertainty, of repeated rigid drops the spread. The table behind the panel also has the hydrodynamic "
+        "coefficient, with weight and buoyancy added."
+    )
+    return Panel("8", "fig_8_force_coefficient", TITLE, caption, data, draw, size=PANEL_SIZE)
+
+
+def _period_averages(campaign: Campaign) -> list[pd.DataFrame]:
+    tables = []
+    for drop in campaign.of("water_entry"):
+        found = measured(drop.table("forces"), COLUMNS[:2])
+        if drop.rigid or found.empty:
+            continue
+        forces = drop.table("forces")
+        good = forces[forces["t_mid_over_tp"].notna() & forces["force_coefficient"].notna()]
+        kept = ["t_mid_over_tp", *[name for name in forces.columns if name.startswith("force_")], "period"]
+        tables.append(good[kept].assign(series="period average", drop=drop.name, diameter_m=drop.number("diameter_m")))
+    return tables
+
+
+def _rigid_curves(campaign: Campaign) -> list[pd.DataFrame]:
+    tables = []
+    for group in conditions(drop for drop in campaign.of("water_entry") if drop.rigid):
+        found = [measured(drop.table("forces"), COLUMNS) for drop in group]
+        curves = [tuple(table[name].to_numpy() for name in COLUMNS) for table in found if len(table) > 1]
+        if curves:
+            columns = dict(zip(COLUMNS, mean_curve(curves), strict=True))  # type: ignore[arg-type]
+            name = " + ".join(drop.name for drop in group)
+            curve = pd.DataFrame(columns).assign(series="rigid", drop=name, diameter_m=group[0].number("diameter_m"))
+            tables.append(curve[(curve["t_mid_over_tp"] >= 0) & (curve["t_mid_over_tp"] <= LATEST)])
+    return tables
+
+
+def _limits(data: pd.DataFrame) -> tuple[float, float]:
+    """Limits that hold every average and the bulk of the rigid curves; the slam spike of a few frames may leave."""
+    values = data["force_coefficient"].astype(float)
+    rigid = values[data["series"] == "rigid"]
+    bulk = [float(np.nanquantile(rigid, part)) for part in (0.02, 0.96)] if len(rigid) else []
+    soft = data[data["series"] == "period average"]
+    bars = soft["force_coefficient_unc"].astype(float).fillna(0.0)
+    ends = [*bulk, *(soft["force_coefficient"] - bars), *(soft["force_coefficient"] + bars), 0.0]
+    low, high = min(ends), max(ends)
+    return low - 0.1 * (high - low), high + 0.15 * (high - low) or 1.0
+
+
+def _handles(data: pd.DataFrame) -> list[Line2D]:
+    handles = []
+    if bool((data["series"] == "period average").any()):
+        handles.append(
+            Line2D([], [], linestyle="", marker="o", markersize=4.5, color=BLACK, label="deformable, by period")
+        )
+    if bool((data["series"] == "rigid").any()):
+        handles.append(Line2D([], [], color=BLUE, linewidth=1.2, label="rigid, instantaneous"))
+    return [*handles, *size_handles(data)]

@@ -1,0 +1,94 @@
+"""Legend entries and axes that several panels share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from wentry_cli.report.style import LARGE, SMALL, Look, is_large, kilopascal, line_width, marker_size, stiffness_shade
+
+EDGE: Look = {"markeredgecolor": "#222222", "markeredgewidth": 0.5}
+
+
+def stiffness_handles(data: pd.DataFrame, line: bool = False) -> list[Line2D]:
+    """One entry for each stiffness among the rows (columns ``rigid``, ``g_inf_pa``), the stiffest first, then rigid."""
+    soft = sorted({float(g) for g in data.loc[~data["rigid"].astype(bool), "g_inf_pa"].dropna()}, reverse=True)
+    entries = [(stiffness_shade(g, False), f"$G_\\infty$ = {kilopascal(g)}") for g in soft]
+    if bool(data["rigid"].astype(bool).any()):
+        entries.append((stiffness_shade(float("nan"), True), "rigid"))
+    look: Look = {"linewidth": 1.6} if line else {"linestyle": "", "marker": "o", "markersize": 5.5, **EDGE}
+    return [Line2D([], [], color=color, label=label, **look) for color, label in entries]
+
+
+def size_handles(data: pd.DataFrame, line: bool = False) -> list[Line2D]:
+    """Entries for large and small spheres, only where both occur among the rows (column ``diameter_m``)."""
+    sizes = sorted({float(d) for d in data["diameter_m"].dropna()})
+    if not sizes or is_large(sizes[0]) == is_large(sizes[-1]):
+        return []
+    entries = []
+    for large in (False, True):
+        found = [d for d in sizes if is_large(d) == large]
+        label = f"$D$ = {span_of(1e3 * found[0], 1e3 * found[-1])} mm"
+        look: Look = {"linewidth": line_width(found[0])}
+        if not line:
+            look = {"linestyle": "", "marker": "o", "markersize": LARGE if large else SMALL, "mfc": "none"}
+        entries.append(Line2D([], [], color="#222222", label=label, **look))
+    return entries
+
+
+def span_of(low: float, high: float) -> str:
+    """Write a span of numbers with three digits, a single number where both ends agree."""
+    return f"{low:.3g}" if f"{low:.3g}" == f"{high:.3g}" else f"{low:.3g}–{high:.3g}"
+
+
+def draw_points(ax: Axes, data: pd.DataFrame, x: str, y: str) -> None:
+    """Draw rows as symbols with error bars: grey by stiffness, blue for rigid, size by diameter.
+
+    A drop that seals at the sphere is a diamond. ``<x>_unc`` and ``<y>_unc`` are the error bars where they exist.
+    """
+    for row in data.to_dict("records"):
+        look = "D" if row.get("seal_type") == "sphere_seal" else "o"
+        size = marker_size(float(row["diameter_m"])) * (0.85 if look == "D" else 1.0)
+        shade = stiffness_shade(float(row["g_inf_pa"]), bool(row["rigid"]))
+        bars = {f"{axis}err": row.get(f"{name}_unc", np.nan) for axis, name in (("x", x), ("y", y))}
+        bars = {axis: value for axis, value in bars.items() if np.isfinite(value)}
+        ax.errorbar(
+            row[x],
+            row[y],
+            **bars,
+            fmt=look,
+            color=shade,
+            markersize=size,
+            ecolor=shade,
+            elinewidth=0.9,
+            zorder=4,
+            **EDGE,
+        )
+
+
+def clear_limits(ax: Axes, x: Iterable[float], y: Iterable[float], pad: float = 0.12) -> None:
+    """Set limits of both axes from the data, with room around them; values that are no numbers do not count."""
+    for values, scale, setter in ((x, ax.get_xscale(), ax.set_xlim), (y, ax.get_yscale(), ax.set_ylim)):
+        good = np.array([value for value in values if np.isfinite(value)], dtype=float)
+        if good.size == 0:
+            continue
+        low, high = float(good.min()), float(good.max())
+        if scale == "log":
+            ratio = max((high / low) ** pad, 1.25)
+            setter(low / ratio, high * ratio)
+        else:
+            room = pad * (high - low) or 0.1 * abs(high) or 1.0
+            setter(low - room, high + room)
+
+
+def plain_decades(axis: Axis, subs: tuple[float, ...]) -> None:
+    """Label a logarithmic axis with plain numbers at ``subs`` times powers of ten."""
+    axis.set_major_locator(LogLocator(base=10.0, subs=subs))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())

@@ -1,0 +1,36 @@
+"""Numbers as people read them: a value with its uncertainty, a dash with its reason."""
+
+from __future__ import annotations
+
+import math
+
+DASH = "–"
+
+
+def with_uncertainty(value: float, uncertainty: float = math.nan, digits: int = 4) -> str:
+    """Write ``5.312 ± 0.011``: the uncertainty with two digits, the value as far; without one, ``digits`` digits.
+
+    NaN becomes a dash.
+    """
+    if not math.isfinite(value):
+        return DASH
+    if not (math.isfinite(uncertainty) and uncertainty > 0):
+        return _short(value, digits)
+    places = 1 - math.floor(math.log10(float(f"{uncertainty:.1e}")))
+    if not -3 <= places <= 9:
+        return f"{value:.{digits}g} ± {uncertainty:.2g}"
+    if places < 0:
+        return f"{round(value, places):.0f} ± {round(uncertainty, places):.0f}"
+    return f"{value:.{places}f} ± {uncertainty:.{places}f}"
+
+
+def _short(value: float, digits: int) -> str:
+    text = f"{value:.{digits}g}"
+    if "e" not in text:
+        return text
+    return f"{value:.0f}" if 1.0 <= abs(value) < 1e7 else text
+
+
+def or_reason(text: str, reason: str) -> str:
+    """Add the reason in brackets to a dash: ``– (clip_ended)``."""
+    return f"{DASH} ({reason})" if text == DASH and reason and reason != "ok" else text

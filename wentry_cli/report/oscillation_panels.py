@@ -1,0 +1,296 @@
+"""Figure 4: the period, the peaks and the decay of the sphere's oscillation."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import FigureBase
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from wentry_cli.report.campaign import Campaign, DropResults, as_number, example_drop
+from wentry_cli.report.curves import grouped_points, measured
+from wentry_cli.report.fits import fit_rows, slope_text
+from wentry_cli.report.legends import EDGE, clear_limits, draw_points, plain_decades, size_handles, stiffness_handles
+from wentry_cli.report.panel import NotDrawn, Panel, rows
+from wentry_cli.report.style import (
+    BLACK,
+    GREEN,
+    GREY,
+    LARGE,
+    Look,
+    QUOTED,
+    SKY,
+    SMALL,
+    THICK,
+    THIN,
+    VERMILION,
+    is_large,
+    marker_size,
+    period_shade,
+)  # fmt: skip
+from wentry_cli.report.theory import (
+    PAPER_PERIOD_EXPERIMENT,
+    PAPER_PERIOD_MODEL,
+    PERIOD_IN_AIR,
+    PERIOD_IN_WATER,
+)  # fmt: skip
+
+IDENTITY = ["series", "drop", "repeats", "rigid", "g_inf_pa", "diameter_m", "seal_type"]
+
+
+def oscillation_period(campaign: Campaign) -> Panel | NotDrawn:
+    """Panel 4b: the free period against D/√(G∞/ρ_s), experiment and model."""
+    title = "Oscillation period"
+    drops = [drop for drop in campaign.of("water_entry") if drop.deformable_entry]
+    found = [{**row, "series": "experiment"} for row in grouped_points(drops, _measured_period)]
+    found += [{**row, "series": "model"} for row in grouped_points(drops, _model_period)]
+    if not found:
+        return NotDrawn("4b", title, "no drop has a measured free period together with a known stiffness")
+    points = rows(found, [*IDENTITY, "scale_ms", "period_ms", "period_ms_unc"])
+    stop = 1.12 * float(points["scale_ms"].max())
+    line = np.array([0.0, stop])
+    lines = [fit_rows(f"fit {name}", campaign.relation(f"period_{key}"), line, "scale_ms", "period_ms", 1e3)
+             for name, key in (("experiment", "exp"), ("model", "model"))]  # fmt: skip
+    quoted = [("paper experiment", PAPER_PERIOD_EXPERIMENT), ("paper model", PAPER_PERIOD_MODEL)]
+    bands = [("theory in air", PERIOD_IN_AIR), ("theory in water", PERIOD_IN_WATER)]
+    lines += [pd.DataFrame({"series": name, "scale_ms": line, "period_ms": slope * line}) for name, slope in quoted]
+    lines += [
+        pd.DataFrame({"series": name, "scale_ms": line, "period_ms_low": low * line, "period_ms_high": high * line})
+        for name, (low, high) in bands
+    ]
+    data = pd.concat([points, *lines], ignore_index=True)
+    experiment, model = campaign.relation("period_exp"), campaign.relation("period_model")
+
+    def draw(figure: FigureBase) -> None:
+        ax = figure.subplots()
+        _period_lines(ax, data)
+        draw_points(ax, data[data["series"] == "experiment"], "scale_ms", "period_ms")
+        for row in data[data["series"] == "model"].to_dict("records"):
+            ax.plot(
+                row["scale_ms"], row["period_ms"], "^", markersize=0.9 * marker_size(row["diameter_m"]),
+                color="none", markeredgecolor=VERMILION, markeredgewidth=0.9, zorder=3,
+            )  # fmt: skip
+        ax.set(xlabel=r"$D/\sqrt{G_\infty/\rho_s}$ (ms)", ylabel="$T$ (ms)", xlim=(0, stop), ylim=(0, 1.72 * stop))
+        ax.legend(handles=_period_legend(points), loc="upper left", ncols=2, columnspacing=1.0, fontsize=6.2)
+
+    caption = (
+        f"Free period T, first to second peak of λ. Experiment: {slope_text(experiment)}; model: {slope_text(model)}. "
+        f"Dotted: the slopes that the paper quotes, {PAPER_PERIOD_EXPERIMENT} (experiment) and {PAPER_PERIOD_MODEL} "
+        "(model). "
+        f"Bands, small oscillations: sphere in air {PERIOD_IN_AIR[0]:.2f} (G∞ + G_T, ellipsoid) to "
+        f"{PERIOD_IN_AIR[1]:.2f} "
+        f"(G∞, exact n = 2 mode); loaded by water {PERIOD_IN_WATER[0]:.2f} (half wetted, ellipsoid; an estimate) to "
+        f"{PERIOD_IN_WATER[1]:.2f} (wetted all round, exact)."
+    )
+    return Panel("4b", "fig_4b_period", title, caption, data, draw)
+
+
+def _period_scale_ms(drop: DropResults) -> float:
+    stiffness, density = drop.number("g_inf_pa"), drop.number("density_kg_m3")
+    return 1e3 * drop.number("diameter_m") * math.sqrt(density / stiffness) if stiffness > 0 else math.nan
+
+
+def _measured_period(drop: DropResults) -> dict[str, float]:
+    period, unc = drop.number("period_s"), drop.number("period_s_unc")
+    return {"scale_ms": _period_scale_ms(drop), "period_ms": 1e3 * period, "period_ms_unc": 1e3 * unc}
+
+
+def _model_period(drop: DropResults) -> dict[str, float]:
+    fit = drop.table("model_fit")
+    period = as_number(fit["period_model_s"].iloc[0]) if not fit.empty else math.nan
+    return {"scale_ms": _period_scale_ms(drop), "period_ms": 1e3 * period}
+
+
+def _period_lines(ax: Axes, data: pd.DataFrame) -> None:
+    for name, color in (("theory in air", VERMILION), ("theory in water", SKY)):
+        band = data[data["series"] == name]
+        ax.fill_between(
+            band["scale_ms"],
+            band["period_ms_low"],
+            band["period_ms_high"],
+            color=color,
+            alpha=0.16,
+            linewidth=0,
+            zorder=0,
+        )
+    for name, color in (("fit experiment", BLACK), ("fit model", VERMILION)):
+        fitted = data[data["series"] == name]
+        ax.plot(fitted["scale_ms"], fitted["period_ms"], linewidth=1.0, zorder=2, color=color)
+    for name in ("paper experiment", "paper model"):
+        quoted = data[data["series"] == name]
+        ax.plot(quoted["scale_ms"], quoted["period_ms"], zorder=2, **QUOTED)
+
+
+def _period_legend(points: pd.DataFrame) -> list[Line2D | Patch]:
+    handles: list[Line2D | Patch] = [*stiffness_handles(points), *size_handles(points)]
+    if bool((points["series"] == "model").any()):
+        look: Look = {"marker": "^", "markersize": 5, "markeredgecolor": VERMILION, "color": VERMILION, "mfc": "none"}
+        handles.append(Line2D([], [], label="model, fit", linewidth=1.0, **look))
+    handles += [
+        Line2D([], [], color=BLACK, linewidth=1.0, label="fit"),
+        Line2D([], [], label=f"paper: {PAPER_PERIOD_EXPERIMENT}, {PAPER_PERIOD_MODEL}", **QUOTED),
+        Patch(facecolor=VERMILION, alpha=0.16, label="theory, in air"),
+        Patch(facecolor=SKY, alpha=0.16, label="theory, in water"),
+    ]
+    return handles
+
+
+def stretch_peaks(campaign: Campaign) -> Panel | NotDrawn:
+    """Panel 4c: λ_pN against G∞/(ρ_w U₀²), shaded by N; lines through the peaks of the model."""
+    title = "Peaks of the stretch"
+    drops = [drop for drop in campaign.drops if drop.deformable_entry]
+    found: list[dict[str, object]] = []
+    for period in range(1, 6):
+        for series, point in (("experiment", _measured_peak), ("model", _model_peak)):
+            points = grouped_points(drops, lambda drop, point=point, period=period: point(drop, period))  # type: ignore[misc]
+            found += [{**row, "series": series, "period": period} for row in points]
+    data = rows(found, [*IDENTITY, "period", "stiffness_ratio", "stretch_peak", "stretch_peak_unc"])
+    if data[data["series"] == "experiment"].empty:
+        return NotDrawn("4c", title, "no drop has a measured peak of λ together with G∞/(ρ_w U₀²)")
+
+    def draw(figure: FigureBase) -> None:
+        ax = figure.subplots()
+        ax.set_xscale("log")
+        _peak_lines(ax, data[data["series"] == "model"])
+        for row in data[data["series"] == "experiment"].to_dict("records"):
+            ax.errorbar(
+                row["stiffness_ratio"], row["stretch_peak"], yerr=row["stretch_peak_unc"], fmt="o", elinewidth=0.8,
+                color=period_shade(row["period"]), markersize=marker_size(row["diameter_m"]), zorder=4, **EDGE,
+            )  # fmt: skip
+        ax.axhline(1.0, color=GREY, linewidth=0.6, zorder=0)
+        ax.set(xlabel=r"$G_\infty/\rho_w U_0^2$", ylabel=r"$\lambda_{pN}$")
+        clear_limits(ax, data["stiffness_ratio"], [1.0, *data["stretch_peak"]])
+        plain_decades(ax.xaxis, (1.0,))
+        ax.legend(handles=_peak_legend(data), loc="upper right", ncols=2, columnspacing=1.0)
+
+    caption = (
+        "Greatest stretch λ_pN of period N (symbols: experiment; lines: model, which starts from the measured first "
+        "peak, so "
+        "that it predicts from N = 2 on). Thin lines and small symbols: small spheres; thick and large: large spheres. "
+        "Bars: standard uncertainty, of repeated drops the spread."
+    )
+    return Panel("4c", "fig_4c_stretch_peaks", title, caption, data, draw)
+
+
+def _measured_peak(drop: DropResults, period: int) -> dict[str, float]:
+    found = drop.table("periods")
+    found = found[found["period"] == period]
+    values = {
+        name: as_number(found[name].iloc[0]) if len(found) else math.nan
+        for name in ("stretch_peak", "stretch_peak_unc")
+    }
+    return {"stiffness_ratio": drop.number("stiffness_ratio"), **values}
+
+
+def _model_peak(drop: DropResults, period: int) -> dict[str, float]:
+    """Peak N of the model's stretch: the start, then its local maxima."""
+    stretch = measured(drop.table("model"), ["t_s", "stretch"])["stretch"].to_numpy()
+    inner = 1 + np.flatnonzero((stretch[1:-1] > stretch[:-2]) & (stretch[1:-1] >= stretch[2:]))
+    peaks = np.append(stretch[:1], stretch[inner])
+    peak = float(peaks[period - 1]) if period <= len(peaks) else math.nan
+    return {"stiffness_ratio": drop.number("stiffness_ratio"), "stretch_peak": peak}
+
+
+def _peak_lines(ax: Axes, data: pd.DataFrame) -> None:
+    for period in range(2, 6):
+        for large in (False, True):
+            line = data[(data["period"] == period) & (data["diameter_m"].map(is_large) == large)]
+            line = line.sort_values("stiffness_ratio", kind="stable")
+            look: Look = {"color": VERMILION, "linewidth": THICK if large else THIN, "zorder": 2}
+            if len(line) > 1:
+                ax.plot(line["stiffness_ratio"], line["stretch_peak"], **look)
+            elif len(line) == 1:
+                ax.plot(
+                    line["stiffness_ratio"],
+                    line["stretch_peak"],
+                    marker="_",
+                    markersize=LARGE if large else SMALL,
+                    **look,
+                )
+
+
+def _peak_legend(data: pd.DataFrame) -> list[Line2D]:
+    measured_periods = sorted(set(data.loc[data["series"] == "experiment", "period"]))
+    handles = [
+        Line2D([], [], linestyle="", marker="o", markersize=5.5, color=period_shade(n), label=f"$N$ = {n}", **EDGE)
+        for n in measured_periods
+    ]
+    if bool((data["series"] == "model").any()):
+        handles.append(Line2D([], [], color=VERMILION, linewidth=1.2, label="model"))
+    return [*handles, *size_handles(data)]
+
+
+def stretch_model(campaign: Campaign) -> Panel | NotDrawn:
+    """Panel 4d: λ(t) measured, by the model and by the model with its time scaled."""
+    title = "Stretch and model"
+    with_model = [drop for drop in campaign.drops if not drop.table("model").empty]
+    drop = example_drop(with_model, "stretch")
+    if drop is None:
+        return NotDrawn("4d", title, "no drop has both a measured stretch and a model of it")
+    data = pd.concat([measured_stretch(drop), model_stretch(drop)], ignore_index=True)
+    fit = drop.table("model_fit")
+    ratio, unc = (
+        as_number(fit[name].iloc[0]) if not fit.empty else math.nan for name in ("time_ratio", "time_ratio_unc")
+    )
+
+    def draw(figure: FigureBase) -> None:
+        ax = figure.subplots()
+        draw_stretch(ax, data)
+        ax.set(xlabel="$t$ (ms)", ylabel=r"$\lambda$")
+        ax.legend(loc="upper right")
+
+    caption = (
+        f"Stretch of drop {drop.name}: measured (triangles), the viscoelastic model from its first peak on (dashed), "
+        "and the "
+        f"model with its time scaled by T_exp/T_model = {ratio:.3f} ± {unc:.3f} (solid)."
+    )
+    return Panel("4d", "fig_4d_stretch_model", title, caption, data, draw, drop=drop.name)
+
+
+def measured_stretch(drop: DropResults) -> pd.DataFrame:
+    """Rows of λ(t) as measured: series, t_ms, stretch, stretch_unc."""
+    found = measured(drop.table("stretch"), ["t_s", "stretch"])
+    unc = drop.table("stretch")[["t_s", "stretch_unc"]].apply(pd.to_numeric, errors="coerce").astype(float)
+    found = found.merge(unc.drop_duplicates("t_s"), on="t_s", how="left")
+    return pd.DataFrame(
+        {
+            "series": "measured",
+            "t_ms": 1e3 * found["t_s"],
+            "stretch": found["stretch"],
+            "stretch_unc": found["stretch_unc"],
+        }
+    )
+
+
+def model_stretch(drop: DropResults) -> pd.DataFrame:
+    """Rows of λ(t) by the model: on its own clock from the first peak on, and with its time scaled."""
+    found = measured(drop.table("model"), ["t_s", "t_scaled_s", "stretch"])
+    if found.empty:
+        return pd.DataFrame({"series": [], "t_ms": [], "stretch": []})
+    end = 1e3 * float(pd.to_numeric(drop.table("stretch")["t_s"], errors="coerce").max())
+    first_peak = float(found["t_scaled_s"].iloc[0])
+    own = pd.DataFrame({"series": "model", "t_ms": 1e3 * (first_peak + found["t_s"]), "stretch": found["stretch"]})
+    scaled = pd.DataFrame(
+        {"series": "model, time scaled", "t_ms": 1e3 * found["t_scaled_s"], "stretch": found["stretch"]}
+    )
+    both = pd.concat([own, scaled], ignore_index=True)
+    return both[~(both["t_ms"] > end)]
+
+
+def draw_stretch(ax: Axes, data: pd.DataFrame) -> None:
+    """Draw the rows of ``measured_stretch`` and ``model_stretch``: grey triangles, dashed and solid lines."""
+    ax.axhline(1.0, color=GREY, linewidth=0.6, zorder=0)
+    shown = data[data["series"] == "measured"]
+    ax.errorbar(
+        shown["t_ms"], shown["stretch"], yerr=shown["stretch_unc"], fmt="^", markersize=2.8, color="#9A9A9A",
+        ecolor="#BBBBBB", elinewidth=0.5, markeredgewidth=0.0, label="measured", zorder=2,
+    )  # fmt: skip
+    for name, look in (("model", {"linestyle": (0, (4, 2)), "color": GREEN}), ("model, time scaled", {"color": BLACK})):
+        line = data[data["series"] == name]
+        if not line.empty:
+            ax.plot(line["t_ms"], line["stretch"], linewidth=1.0, label=name, zorder=3, **look)
+    ax.margins(x=0.03)

@@ -1,0 +1,83 @@
+"""``report.html``: one file with everything in it; nothing is fetched when it is opened."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+
+from jinja2 import Environment
+
+from wentry_cli.report import tabulation
+from wentry_cli.report.campaign import Campaign
+from wentry_cli.report.drawing import Drawn
+from wentry_cli.report.panel import NotDrawn
+from wentry_cli.report.words import MEANINGS
+
+
+@dataclass(frozen=True)
+class Content:
+    """Everything that the page and the PDF show, in order."""
+
+    campaign: Campaign
+    figures: Sequence[Drawn]  # of the campaign, in the order of the paper
+    details: Sequence[Drawn]  # of single drops
+    missing: Sequence[NotDrawn]
+
+
+def write_page(content: Content) -> str:
+    """Fill the template; every word that comes from names, tables and messages is escaped."""
+    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    template = environment.from_string(files("wentry_cli.report").joinpath("page.html.j2").read_text(encoding="utf-8"))
+    campaign = content.campaign
+    html: str = template.render(
+        headline=headline(campaign),
+        figures=[_shown(drawn) for drawn in content.figures],
+        drops=[
+            {
+                "name": drop.name,
+                "figures": [_shown(drawn) for drawn in content.details if drawn.panel.drop == drop.name],
+            }
+            for drop in campaign.drops
+        ],
+        missing=content.missing,
+        drop_table=tabulation.drop_table(campaign),
+        regressions=tabulation.regression_table(campaign),
+        calibrated=tabulation.material_table(campaign.materials),
+        table_1=tabulation.material_table(campaign.table_1),
+        statuses=tabulation.status_table(campaign),
+        meanings=MEANINGS,
+        failures=tabulation.failure_table(campaign),
+        provenance=tabulation.provenance_table(campaign),
+        inputs=tabulation.input_table(campaign),
+    )
+    return html
+
+
+def headline(campaign: Campaign) -> str:
+    """Count the drops: ``6 drops: 5 water entry (1 rigid), 1 free flight``."""
+    parts = []
+    for kind in ("water_entry", "surface_impact", "free_flight"):
+        found = campaign.of(kind)
+        rigid = sum(drop.rigid for drop in found)
+        note = f" ({rigid} rigid)" if rigid and kind == "water_entry" else ""
+        parts += [f"{len(found)} {kind.replace('_', ' ')}{note}"] if found else []
+    unknown = len(campaign.drops) - sum(len(campaign.of(k)) for k in ("water_entry", "surface_impact", "free_flight"))
+    parts += [f"{unknown} without a summary"] if unknown else []
+    count = len(campaign.drops)
+    return f"{count} drop{'s' if count != 1 else ''}: " + ", ".join(parts)
+
+
+def _shown(drawn: Drawn) -> dict[str, str | bool]:
+    panel = drawn.panel
+    data = base64.b64encode(drawn.svg).decode("ascii")
+    return {
+        "key": panel.key,
+        "numbered": panel.key[0].isdigit(),
+        "title": panel.title,
+        "caption": panel.caption,
+        "stem": panel.stem,
+        "wide": panel.size[0] > 5.0,
+        "picture": f"data:image/svg+xml;base64,{data}",
+    }

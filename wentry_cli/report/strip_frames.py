@@ -1,0 +1,108 @@
+"""The frames of a film strip: which ones, which part of them, small and with one grey scale."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from wentry_cli.errors import FrameUnreadableError
+from wentry_cli.frames.reader import Recording, Region
+from wentry_cli.report.campaign import DropResults, as_number
+from wentry_cli.report.moments import Moment, telling_moments
+
+WIDEST_PX = 240  # of one image of a strip
+GREYS = 64  # levels kept: enough to look at, half the size in the file
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One frame of a strip: its picture (8 bit, smaller than the recording) and its row of the table."""
+
+    picture: NDArray[np.uint8]
+    row: dict[str, Any]
+    moment: Moment
+
+
+def read_shots(drop: DropResults, view: str, recording: Recording) -> tuple[list[Shot], Region]:
+    """Read the telling frames of ``view``, cut to the region where things happen, with that region in full pixels."""
+    table = drop.table(view)
+    chosen = _chosen_rows(drop, table)
+    region = _region(drop, view, recording)
+    found: list[tuple[NDArray[Any], dict[str, Any], Moment]] = []
+    for moment, row in chosen:
+        try:
+            found.append((_small(recording.read(int(row["frame"]), region)), row, moment))
+        except (FrameUnreadableError, IndexError):
+            continue
+    if not found:
+        return [], region
+    levels = np.concatenate([picture.ravel()[::7] for picture, _, _ in found])
+    dark, bright = (float(value) for value in np.percentile(levels, (0.2, 99.5)))
+    return [Shot(_greys(picture, dark, bright), row, moment) for picture, row, moment in found], region
+
+
+def _chosen_rows(drop: DropResults, table: pd.DataFrame) -> list[tuple[Moment, dict[str, Any]]]:
+    times = pd.to_numeric(table["t_s"], errors="coerce").to_numpy(dtype=float, na_value=np.nan)
+    if not np.isfinite(times).any():
+        return []
+    step = float(np.nanmedian(np.diff(times))) if times.size > 1 else math.inf
+    rows = table.to_dict("records")
+    chosen: dict[int, tuple[Moment, dict[str, Any]]] = {}
+    for moment in telling_moments(drop):
+        nearest = int(np.nanargmin(np.abs(times - moment.t_s)))
+        if abs(times[nearest] - moment.t_s) <= step and nearest not in chosen:
+            chosen[nearest] = (moment, {str(key): value for key, value in rows[nearest].items()})
+    return [chosen[place] for place in sorted(chosen)]
+
+
+def _region(drop: DropResults, view: str, recording: Recording) -> Region:
+    """Where the sphere goes, with room for its cavity and its splash, within the image."""
+    info = recording.info
+    table = drop.table(view)
+    x, y = (table[name].map(as_number).dropna().to_numpy(dtype=float) for name in ("center_x_px", "center_y_px"))
+    radius = float(table["radius_px"].map(as_number).median()) if len(table) else math.nan
+    if x.size == 0 or not math.isfinite(radius):
+        return (0, 0, info.width, info.height)
+    room = {"free_flight": 1.6, "surface_impact": 2.2}.get(drop.kind, 2.4)
+    left, right = np.median(x) - room * radius, np.median(x) + room * radius
+    left, right = min(left, x.min() - 1.3 * radius), max(right, x.max() + 1.3 * radius)
+    top, bottom = y.min() - 1.5 * radius, y.max() + 1.6 * radius
+    surface = _surface(drop, view)
+    if drop.kind == "water_entry" and math.isfinite(surface):
+        top, bottom = min(top, surface - 2.6 * radius), _deepest(drop, table, radius, bottom)
+    edges = (max(left, 0), max(top, 0), min(right, info.width), min(bottom, info.height))
+    x0, y0, x1, y1 = (round(float(edge)) for edge in edges)
+    return (x0, y0, x1, y1) if x1 - x0 > 4 and y1 - y0 > 4 else (0, 0, info.width, info.height)
+
+
+def _deepest(drop: DropResults, table: pd.DataFrame, radius: float, otherwise: float) -> float:
+    t_p = drop.number("t_p_s")
+    seen = table[table["t_s"].map(as_number) <= 1.2 * t_p] if math.isfinite(t_p) else table
+    deepest = seen["center_y_px"].map(as_number).max()
+    return float(deepest) + 1.6 * radius if math.isfinite(deepest) else otherwise
+
+
+def _surface(drop: DropResults, view: str) -> float:
+    geometry = drop.table("geometry")
+    rows = geometry[geometry["view"] == view]
+    return as_number(rows["surface_y_px"].iloc[0]) if len(rows) else math.nan
+
+
+def _small(picture: NDArray[Any]) -> NDArray[Any]:
+    shrink = WIDEST_PX / picture.shape[1]
+    if shrink >= 1.0:
+        return picture
+    size = (WIDEST_PX, max(round(picture.shape[0] * shrink), 1))
+    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA))
+
+
+def _greys(picture: NDArray[Any], dark: float, bright: float) -> NDArray[np.uint8]:
+    part = np.clip((picture.astype(np.float32) - dark) / max(bright - dark, 1e-6), 0.0, 1.0)
+    level = np.round(part * (GREYS - 1)) * (255.0 / (GREYS - 1))
+    return np.asarray(np.round(level), dtype=np.uint8)

@@ -1,0 +1,210 @@
+"""The tables of the report as rows of text: drops, regressions, materials, status words, failures, provenance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import pandas as pd
+
+from wentry_cli.provenance import digest_of
+from wentry_cli.report.campaign import Campaign, DropResults, as_number, as_text
+from wentry_cli.report.numbers import DASH, or_reason, with_uncertainty
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """A table ready to print; every cell is text from the tables, to be escaped by whoever prints it."""
+
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+def _cell(column: str, factor: float = 1.0, digits: int = 4) -> Callable[[DropResults], str]:
+    def write(drop: DropResults) -> str:
+        text = with_uncertainty(factor * drop.number(column), factor * drop.number(f"{column}_unc"), digits)
+        return or_reason(text, _reason(drop, column))
+
+    return write
+
+
+def _word(column: str) -> Callable[[DropResults], str]:
+    return lambda drop: drop.text(column).replace("_", " ") or DASH
+
+
+def _frames(drop: DropResults) -> str:
+    counts = [drop.number(column) for column in ("frames_measured", "frames_total")]
+    return " / ".join(with_uncertainty(count) for count in counts)
+
+
+DROP_COLUMNS: dict[str, Callable[[DropResults], str]] = {
+    "drop": lambda drop: drop.name,
+    "kind": lambda drop: drop.text("kind").replace("_", " ") + (", rigid" if drop.rigid else ""),
+    "D (mm)": _cell("diameter_m", 1e3),
+    "G∞ (kPa)": _cell("g_inf_pa", 1e-3),
+    "U₀ (m/s)": _cell("impact_speed_m_s"),
+    "Fr": _cell("froude", digits=3),
+    "G∞/ρ_wU₀²": _cell("stiffness_ratio", digits=3),
+    "T (ms)": _cell("period_s", 1e3),
+    "λ_p1": _cell("stretch_peak_1"),
+    "t_p (ms)": _cell("t_p_s", 1e3),
+    "seal": _word("seal_type"),
+    "N": _cell("pinch_off_cavity"),
+    "t_pU₀/D": _cell("tp_u0_over_d", digits=3),
+    "t_pU₀/D_eff": _cell("tp_u0_over_deff", digits=3),
+    "ΔU/U₀": _cell("delta_u_over_u0", digits=3),
+    "a (m/s²)": _cell("acceleration_m_s2"),
+    "frames": _frames,
+    "status": lambda drop: drop.text("status") or "no summary",
+}
+WATER_ONLY = {"froude", "t_p_s", "tp_u0_over_d", "tp_u0_over_deff"}
+SOFT_ONLY = {"g_inf_pa", "stiffness_ratio", "period_s", "stretch_peak_1", "pinch_off_cavity", "delta_u_over_u0"}
+
+
+def _reason(drop: DropResults, column: str) -> str:
+    """Why a number is missing: the word of its event or period, else of the drop; nothing where none is expected."""
+    if column == "acceleration_m_s2" and drop.kind != "free_flight":
+        return ""
+    if (column in WATER_ONLY and drop.kind != "water_entry") or (column in SOFT_ONLY and drop.rigid):
+        return ""
+    if column in {"t_p_s", "tp_u0_over_d", "tp_u0_over_deff", "pinch_off_cavity"}:
+        events = drop.table("events")
+        found = [as_text(word) for word in events.loc[events["event"] == "pinch_off", "status"]]
+        if found and found[0] != "ok":
+            return found[0]
+        return drop.seal if column == "tp_u0_over_deff" and drop.seal == "sphere_seal" else drop.text("status")
+    if column in {"period_s", "stretch_peak_1"}:
+        words = [as_text(word) for word in drop.table("periods")["status"]]
+        return words[0] if words and words[0] != "ok" else drop.text("status")
+    return drop.text("status")
+
+
+def drop_table(campaign: Campaign) -> TextTable:
+    """Key numbers of every drop with their uncertainties; columns that no drop fills are left out."""
+    rows = [tuple(write(drop) for write in DROP_COLUMNS.values()) for drop in campaign.drops]
+    kept = [place for place in range(len(DROP_COLUMNS)) if any(row[place] != DASH for row in rows)]
+    header = tuple(DROP_COLUMNS)
+    return TextTable(tuple(header[i] for i in kept), tuple(tuple(row[i] for i in kept) for row in rows))
+
+
+def regression_table(campaign: Campaign) -> TextTable:
+    """Every relation: slope or exponent with its interval, the paper's value beside it."""
+    header = (
+        "relation",
+        "y on x",
+        "slope",
+        "95 % interval",
+        "intercept",
+        "exponent",
+        "R²",
+        "scatter",
+        "drops",
+        "paper",
+        "status",
+    )
+    rows = []
+    for row in campaign.scaling.to_dict("records"):
+        number = {name: as_number(row[name]) for name in row if name not in {"relation", "x", "y", "status"}}
+        interval = f"{number['slope_low']:.3f} to {number['slope_high']:.3f}"
+        rows.append((
+            as_text(row["relation"]), f"{as_text(row['y'])} on {as_text(row['x'])}",
+            with_uncertainty(number["slope"], number["slope_unc"]),
+            interval if number["slope_low"] == number["slope_low"] else DASH,
+            with_uncertainty(number["intercept"]), with_uncertainty(number["exponent"], number["exponent_unc"]),
+            with_uncertainty(number["r_squared"]), with_uncertainty(number["residual_scatter"], digits=2),
+            with_uncertainty(number["n"]), with_uncertainty(number["paper_value"]), as_text(row["status"]),
+        ))  # fmt: skip
+    return TextTable(header, tuple(rows))
+
+
+MATERIAL_COLUMNS = {
+    "G∞ (Pa)": "g_inf_pa",
+    "G_T (Pa)": "g_t_pa",
+    "ξ": "xi",
+    "τ₀ (Pa)": "tau0_pa",
+    "m": "m",
+    "n": "n",
+    "ε̇₀ (1/s)": "eps0_dot_1_s",
+}
+
+
+def material_table(materials: pd.DataFrame) -> TextTable:
+    """Parameters of the materials, as in the paper's Table 1."""
+    rows = []
+    for row in materials.to_dict("records"):
+        numbers = [
+            with_uncertainty(as_number(row[name]), as_number(row.get(f"{name}_unc")))
+            for name in MATERIAL_COLUMNS.values()
+        ]
+        size = with_uncertainty(1e3 * as_number(row["diameter_m"]))
+        rows.append(
+            (
+                as_text(row["material"]),
+                as_text(row["sphere_id"]) or DASH,
+                size,
+                *numbers,
+                as_text(row["source"]) or DASH,
+            )
+        )
+    return TextTable(("material", "sphere", "D (mm)", *MATERIAL_COLUMNS, "source"), tuple(rows))
+
+
+def status_table(campaign: Campaign) -> TextTable:
+    """How often each status word stands in the tables of each drop."""
+    rows = []
+    for drop in campaign.drops:
+        for name in ("frames", "side", "top", "kinematics", "periods", "events"):
+            table = drop.table(name)
+            if not table.empty:
+                counts = table["status"].fillna("none").astype(str).value_counts()
+                words = sorted(counts.items(), key=lambda pair: (pair[0] != "ok", -int(pair[1]), str(pair[0])))
+                rows.append((drop.name, f"{name}.csv", ", ".join(f"{count} {word}" for word, count in words)))
+    return TextTable(("drop", "table", "rows by status"), tuple(rows))
+
+
+def failure_table(campaign: Campaign) -> TextTable:
+    """What failed: drop, stage and the sentence that was shown."""
+    rows: list[tuple[str, str, str]] = []
+    given = campaign.run.get("failures")
+    for drop, failure in sorted((given if isinstance(given, Mapping) else {}).items()):
+        found = failure if isinstance(failure, Mapping) else {"sentence": failure}
+        sentence = next((as_text(found[key]) for key in ("sentence", "error", "message") if key in found), "")
+        rows.append((str(drop), as_text(found.get("stage")), sentence))
+    named = {row[0] for row in rows}
+    for drop in campaign.drops:
+        for stage, entry in drop.stages.items():
+            error = as_text(entry.get("error")) if isinstance(entry, Mapping) else ""
+            if error and drop.name not in named:
+                rows.append((drop.name, stage, error))
+    rows += [("", "report", problem) for problem in campaign.problems]
+    rows += [(drop.name, "report", problem) for drop in campaign.drops for problem in drop.problems]
+    return TextTable(("drop", "stage", "what happened"), tuple(rows))
+
+
+def provenance_table(campaign: Campaign) -> TextTable:
+    """What made the results: version, command, and the versions of everything whose numbers reach the tables."""
+    run = campaign.run
+    rows = [(name, as_text(run[name])) for name in ("version", "command") if name in run]
+    environment = run.get("environment")
+    versions = environment if isinstance(environment, Mapping) else {}
+    rows += [(name, as_text(value)) for name, value in sorted(versions.items())]
+    return TextTable(("what", "value"), tuple(rows))
+
+
+def input_table(campaign: Campaign) -> TextTable:
+    """What was read for each drop and view: the source, the identity of the recording, the configuration's hash."""
+    rows = []
+    for drop in campaign.drops:
+        views = drop.configuration.get("views")
+        for view, found in sorted((views if isinstance(views, Mapping) else {}).items()):
+            if isinstance(found, Mapping):
+                identity = _mark(drop, f"recording {view}") or DASH
+                source = as_text(found.get("source"))
+                rows.append((drop.name, view, source, identity, digest_of(dict(drop.configuration))))
+    return TextTable(("drop", "view", "source", "identity of the recording", "hash of the configuration"), tuple(rows))
+
+
+def _mark(drop: DropResults, key: str) -> str:
+    ingest = drop.stages.get("ingest")
+    marks = ingest.get("fingerprint") if isinstance(ingest, Mapping) else None
+    return as_text(marks.get(key)) if isinstance(marks, Mapping) else ""

@@ -1,0 +1,89 @@
+"""The report stage: every figure that the tables allow, one page, one PDF."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+
+from wentry_cli.config.campaign import Drop
+from wentry_cli.frames.formats import open_recording
+from wentry_cli.frames.oriented import orient
+from wentry_cli.frames.reader import Recording
+from wentry_cli.progress import tick
+from wentry_cli.report.campaign import Campaign, read_campaign
+from wentry_cli.report.document import write_document
+from wentry_cli.report.drawing import save_panel
+from wentry_cli.report.film_strips import OpenView, film_strips
+from wentry_cli.report.page import Content, write_page
+from wentry_cli.report.panel import NotDrawn, Panel
+from wentry_cli.report.panels import campaign_panels, drop_panels
+from wentry_cli.schemas import TABLES
+from wentry_cli.tables import write_text
+
+FIGURES = "figures"
+
+
+def run(results: Path, drops: list[Drop]) -> None:
+    """Write ``report.html``, ``report.pdf`` and ``figures/`` into ``results``.
+
+    Figures of an earlier report that are not drawn any more are removed. Raises ``InputError`` where ``results`` cannot
+    be written.
+    """
+    campaign = read_campaign(results, [drop.name for drop in drops], table_1(drops))
+    made_of_drops = _by_drop(campaign, _opener(drops))
+    made = [*campaign_panels(campaign), *made_of_drops]
+    panels = [panel for panel in made if isinstance(panel, Panel)]
+    figures = results / FIGURES
+    _sweep(figures, {panel.stem for panel in panels})
+    drawn = []
+    for count, panel in enumerate(panels, start=1):
+        drawn.append(save_panel(panel, figures))
+        tick(count, len(panels) + 1)
+    own = [one for one in drawn if one.panel in made_of_drops]
+    content = Content(
+        campaign=campaign,
+        figures=[one for one in drawn if one not in own],
+        details=own,
+        missing=[one for one in made if isinstance(one, NotDrawn)],
+    )
+    write_document(content, results / "report.pdf")
+    write_text(results / "report.html", write_page(content))
+    tick(len(panels) + 1, len(panels) + 1)
+
+
+def table_1(drops: list[Drop]) -> pd.DataFrame:
+    """The materials that the drops use, a row each, in the columns of ``materials.csv``."""
+    used = {}
+    for drop in drops:
+        if drop.material is not None:
+            given = drop.material.model_dump()
+            name = drop.experiment.sphere.material or ""
+            row = {column: given.get(column) for column in TABLES["materials"].names}
+            used[name] = row | {"material": name, "diameter_m": drop.experiment.sphere.diameter_m}
+    return pd.DataFrame.from_records([used[name] for name in sorted(used)], columns=TABLES["materials"].names)
+
+
+def _by_drop(campaign: Campaign, open_view: OpenView) -> list[Panel | NotDrawn]:
+    sheets = drop_panels(campaign)
+    strips = [strip for drop in campaign.drops for strip in film_strips(drop, open_view)]
+    return [*strips, *sheets]
+
+
+def _opener(drops: list[Drop]) -> OpenView:
+    known = {drop.name: drop for drop in drops}
+
+    def open_view(name: str, view: str) -> Recording:
+        drop = known[name]
+        given = drop.view(view)
+        fps = given.fps if isinstance(given.fps, float) else None
+        recording = open_recording(drop.source_path(view), fps=fps)
+        return orient(recording, rotate=given.rotate, flip=given.flip, roi_px=given.roi_px, frames=given.frames)
+
+    return open_view
+
+
+def _sweep(figures: Path, stems: set[str]) -> None:
+    for path in figures.glob("*.*") if figures.is_dir() else []:
+        if path.suffix in {".svg", ".png", ".csv"} and path.stem not in stems:
+            path.unlink()
