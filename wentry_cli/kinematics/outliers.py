@@ -13,11 +13,11 @@ GROSS = 8.0
 LATE = 4.0
 
 
-def first_suspects(times: Array, position: Array, variance: Array) -> NDArray[np.bool_]:
+def first_suspects(times: Array, position: Array, variance: Array, events: Array) -> NDArray[np.bool_]:
     """Return a mask of gross outliers: off the cubic through two neighbours on either side by more than 8 MAD.
 
     A neighbour of an outlier is off too, by less: only the worst of any five adjacent frames goes, then all are judged
-    again by what is left.
+    again by what is left. A frame whose neighbours lie across an event is not judged: the track may bend there.
     """
     keep = np.ones(times.size, dtype=bool)
     for _ in range(12):
@@ -25,6 +25,9 @@ def first_suspects(times: Array, position: Array, variance: Array) -> NDArray[np
         if index.size < 9:
             break
         score = _neighbour_score(times[index], position[index], variance[index])
+        for event in events:
+            at = int(np.searchsorted(times[index], event))
+            score[max(at - 2, 0) : at + 2] = 0.0
         limit = GROSS * max(MAD_TO_SD * float(np.median(np.abs(score))), 1e-12 * float(np.ptp(position)) + 1e-300)
         padded = np.pad(np.abs(score), 2)
         highest = np.max([padded[i : i + score.size] for i in range(5)], axis=0)
@@ -52,10 +55,15 @@ def _neighbour_score(t: Array, y: Array, variance: Array) -> Array:
     return score
 
 
-def late_suspects(result: StatePass, times: Array, position: Array, variance: Array) -> NDArray[np.bool_]:
-    """Return a mask of frames whose residual, with the frame itself left out, exceeds 4 robust standard deviations."""
-    residual = position - result.evaluate(times)[0][:, 0]
-    leverage = result.leverage(times, variance)
-    score = residual / np.sqrt(variance * (1.0 - leverage))
-    limit = LATE * MAD_TO_SD * float(np.median(np.abs(score)))
-    return (np.abs(score) > limit) & (np.abs(residual) > 1e-9 * float(np.ptp(position)))
+def late_suspects(passes: tuple[StatePass, ...], times: Array, position: Array, variance: Array) -> NDArray[np.bool_]:
+    """Return a mask of frames whose residual, with the frame itself left out, exceeds 4 robust standard deviations.
+
+    Where the record was smoothed with more than one order a frame is suspect only if it is so by each.
+    """
+    suspect = np.ones(times.size, dtype=bool)
+    for result in passes:
+        residual = position - result.evaluate(times)[0][:, 0]
+        score = residual / np.sqrt(variance * (1.0 - result.leverage(times, variance)))
+        limit = LATE * MAD_TO_SD * float(np.median(np.abs(score)))
+        suspect &= (np.abs(score) > limit) & (np.abs(residual) > 1e-9 * float(np.ptp(position)))
+    return suspect

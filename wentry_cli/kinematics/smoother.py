@@ -101,10 +101,10 @@ def smooth_track(
     if good.sum() < MINIMUM_FRAMES:
         return _too_few(times, position)
     events = np.asarray(sorted(events_s) if mode == "impact_aware" else (), dtype=float)
-    good[good] = ~first_suspects(times[good], position[good], variance[good])
+    good[good] = ~first_suspects(times[good], position[good], variance[good], events)
     passes = _fit(times[good], position[good], variance[good], events, (mode, ballistic))
     for _ in range(3):
-        suspects = late_suspects(passes[0], times[good], position[good], variance[good])
+        suspects = late_suspects(passes, times[good], position[good], variance[good])
         if not suspects.any() or (~suspects).sum() < MINIMUM_FRAMES:
             break
         good[good] = ~suspects
