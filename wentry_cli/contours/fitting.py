@@ -90,7 +90,7 @@ def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> Silhoue
     free = np.array([PARAMETERS.index(name) for name in request.free])
     top = request.top_y_px - patch.y0
     scans = 3.0 if request.level == "fast" else 2.0
-    search = np.array([SEARCH_PX, float(request.one_sided), RAYS, SCAN_VARIANCE, scans])
+    search = np.array([SEARCH_PX, float(request.one_sided), RAYS, SCAN_VARIANCE, scans, *request.motion_px])
     scanned, report = scan_shape(values, vector, free, top, search, patch.noise_floor)
     arc, gated = float(report[1]), float(report[2])
     if status := scan_status(report, request):

@@ -27,6 +27,8 @@ DD, DI, II, DO, IO, OO, DS, IS, OS, SS, GD, GI, GO, GS = range(14)
 COUNT, CHI2, COUNT_IN, SQUARE_IN, COUNT_OUT, SQUARE_OUT, SUMS = 14, 15, 16, 17, 18, 19, 20
 
 REACH = 6.0
+# The noise is taken where the edge does not reach: its model is not exact to the noise of a good camera.
+PLATEAU = 0.03
 PER_UNIT = 64
 _NODES = np.linspace(-REACH, REACH, int(2 * REACH * PER_UNIT) + 2)
 STEP_TABLE = np.array([0.5 * (1.0 + math.erf(node / math.sqrt(2.0))) for node in _NODES])
@@ -82,10 +84,10 @@ def accumulate(pixels: Floats, sectors: Ints, state: Floats, noise: Floats, ceil
         row[GS] += blur * rest
         row[COUNT] += 1.0
         row[CHI2] += weight * rest * rest
-        if step < 0.5:
+        if step < PLATEAU:
             row[COUNT_IN] += 1.0
             row[SQUARE_IN] += rest * rest
-        else:
+        elif step > 1.0 - PLATEAU:
             row[COUNT_OUT] += 1.0
             row[SQUARE_OUT] += rest * rest
 

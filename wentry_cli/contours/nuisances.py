@@ -53,7 +53,7 @@ def noise_levels(sums: Floats, verdict: Floats, noise: Floats) -> None:
         means = np.empty(sums.shape[0])
         number = 0
         for k in range(sums.shape[0]):
-            if sums[k, count] >= 0.4 * LEAST_PIXELS and verdict[k, WEIGHT] > 0.0:
+            if sums[k, count] >= 0.3 * LEAST_PIXELS and verdict[k, WEIGHT] > 0.0:
                 means[number] = sums[k, square] / sums[k, count]
                 number += 1
         if number >= 4:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.arc import LENGTH, J, arc_geometry, quadrant_table, sector_angles, semi_axes
 from wentry_cli.contours.band import collect_band
+from wentry_cli.contours.discrepancy import add_discrepancy, pull_of_sectors
 from wentry_cli.contours.likelihood import (
     COUNT,
     STATE,
@@ -47,7 +48,7 @@ RECOLLECT_PX = 0.25
 ROUNDS = 6
 COLLECTIONS = 4
 # Entries of the report of `refine_shape`.
-STATUS, BLUR, ARC, GATED, RESIDUAL, IN, OUT, REPORT = 0, 1, 2, 3, 4, 5, 6, 7
+STATUS, BLUR, ARC, GATED, RESIDUAL, IN, OUT, WAVES, REPORT = 0, 1, 2, 3, 4, 5, 6, 7, 8
 SINGULAR, LOST = 1.0, 2.0
 
 
@@ -205,7 +206,7 @@ def refine_shape(values: NDArray[np.float32], shape: Floats, free: Ints, setting
     """Maximise the likelihood from a start that is right to a fraction of a pixel; ``shape`` is moved in place.
 
     ``settings`` as in `Band`. Returns the covariance of the free parameters and the report (status, blur, arc,
-    gated, residual, levels inside and outside).
+    gated, residual, levels inside and outside, variance of the departure from an ellipse).
     """
     report = np.zeros(REPORT)
     report[STATUS] = LOST
@@ -234,4 +235,7 @@ def refine_shape(values: NDArray[np.float32], shape: Floats, free: Ints, setting
     report[STATUS] = 0.0
     report[BLUR] = math.exp(belief.nuisance[LN_S])
     report[IN], report[OUT] = belief.nuisance[LEVEL_IN], belief.nuisance[LEVEL_OUT]
-    return invert_block(factor, free.size, max(1.0, chi2)), report
+    covariance = invert_block(factor, free.size, max(1.0, chi2))
+    pull = pull_of_sectors(sums, verdict, band.rows, free, band.scene, belief.spread, factor.shape[0])
+    report[WAVES] = add_discrepancy(covariance, factor, pull, band.rows, verdict, free, band.scene)
+    return covariance, report

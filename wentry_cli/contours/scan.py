@@ -11,6 +11,8 @@ from wentry_cli.compiled import compiled
 from wentry_cli.contours.arc import (
     COLUMNS,
     KAPPA,
+    NX,
+    NY,
     J,
     X,
     Y,
@@ -19,7 +21,7 @@ from wentry_cli.contours.arc import (
     sector_angles,
     semi_axes,
 )
-from wentry_cli.contours.normal_equations import factorise, median_of, solve, substitute
+from wentry_cli.contours.normal_equations import factorise, quantile_of, solve, substitute
 from wentry_cli.imaging.edges import CANDIDATES, edge_candidates
 
 Floats = NDArray[np.float64]
@@ -28,6 +30,10 @@ Ints = NDArray[np.int64]
 HYPOTHESES = 120
 TUKEY = 4.685
 LINE_VARIANCE = 2.0 / 3.0
+LEAST_SCALE_PX = 0.008
+# Neighbouring rays of the fine scan, three lines wide, see the same pixels where they are closer than this.
+RAY_WIDTH_PX = 3.5
+LIMITS_PX = (2.0, 1.0, 0.8)
 
 
 @compiled
@@ -168,7 +174,7 @@ def tukey_fit(
                 found += 1
         if found < size + 2:
             return step, math.nan, 0.0
-        scale = max(0.02, 1.4826 * median_of(absolute, found))
+        scale = max(LEAST_SCALE_PX, quantile_of(absolute, found, 0.4) / 0.524)
         factor[:, :] = 0.0
         right[:] = 0.0
         used = 0
@@ -197,11 +203,12 @@ def tukey_fit(
 
 
 @compiled
-def correct_curvature(at: Floats, rays: Floats, variance: float) -> None:
+def correct_curvature(at: Floats, rays: Floats, variance: float, motion: Floats) -> None:
     """Undo the inward shift of a blurred convex edge, half the curvature times the variance along the edge."""
     for k in range(rays.shape[0]):
+        along = (motion[0] * rays[k, NY] - motion[1] * rays[k, NX]) ** 2 / 12.0
         for slot in range(CANDIDATES):
-            at[k, slot] += 0.5 * rays[k, KAPPA] * variance
+            at[k, slot] += 0.5 * rays[k, KAPPA] * (variance + along)
 
 
 @compiled
@@ -221,8 +228,8 @@ def scan_shape(
     """Find the ellipse from a guess, which is moved in place (patch pixels, tilt in radians).
 
     ``search`` holds the half-length of the first scan (px), 1 where outliers lie outside only, the number of
-    rays of the last scan, the variance of the blur along the edge (px^2) and the number of scans (2 or 3, the third
-    is fine). Returns the covariance of the free parameters and
+    rays of the last scan, the variance of the blur along the edge (px^2) the number of scans (2 or 3, the third
+    is fine) and the motion (x, y), px. Returns the covariance of the free parameters and
     (status, share of the perimeter that is visible, share of rays left out, scale of the residual in px, contrast,
     share below the top row); status 0 is good, 1 no edge, 2 no consensus.
     """
@@ -245,12 +252,12 @@ def scan_shape(
         strongest = np.sort(height[:, 0])[int(0.75 * height.shape[0])]
         used_noise = max(noise, 0.0) if noise > 0.0 else sample_noise
         settings[0] = max(0.3 * strongest, 0.02, 2.0 * used_noise if not fine else 1.0 * used_noise)
-        settings[1] = 2.0 if turn == 0 else 1.5
+        settings[1] = LIMITS_PX[turn]
         settings[2] = 0.6 * settings[1] if search[1] > 0.0 else settings[1]
         if np.sum(height[:, 0] >= settings[0]) < max(size + 3, 0.15 * height.shape[0]):
             report[0] = 1.0
             return covariance, report
-        correct_curvature(at, rays, search[3] + (LINE_VARIANCE if fine else 0.0))
+        correct_curvature(at, rays, search[3] + (LINE_VARIANCE if fine else 0.0), search[5:])
         start = consensus(at, height, rays, free, settings) if turn < 2 else np.zeros(5)
         step, scale, share = tukey_fit(at, height, rays, free, start, settings, factor)
         report[2], report[3] = 1.0 - share, scale
@@ -259,11 +266,13 @@ def scan_shape(
             return covariance, report
         clamp_step(shape, step)
     report[0] = 0.0
+    spacing = max(0.5, float(np.mean(rays[:, COLUMNS - 1])))
+    inflation = report[3] ** 2 * max(1.0, RAY_WIDTH_PX / spacing)
     unit = np.empty(size)
     for j in range(size):
         unit[:] = 0.0
         unit[j] = 1.0
         substitute(factor, unit)
         for i in range(size):
-            covariance[i, j] = unit[i] * report[3] * report[3]
+            covariance[i, j] = unit[i] * inflation
     return covariance, report

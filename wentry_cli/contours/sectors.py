@@ -31,7 +31,7 @@ from wentry_cli.contours.likelihood import (
     OUTSIDE,
     RATIO,
 )
-from wentry_cli.contours.normal_equations import median_of
+from wentry_cli.contours.normal_equations import median_of, quantile_of
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -45,6 +45,9 @@ LEVEL_IN, LEVEL_OUT, SLOPE_X, SLOPE_Y, LN_S, NUISANCES = 0, 1, 2, 3, 4, 5
 TOLERANCE_PX = 0.15
 HARD_GATE = 3.0
 LEAST_PIXELS = 12.0
+# Displacements over (uncertainty x scale) and reduced chi squares over the usual one between which weight is lost.
+SOFT_START, SOFT_END = 3.0, 5.0
+QUALITY_START, QUALITY_END = 1.7, 3.0
 
 
 @compiled
@@ -131,6 +134,18 @@ def marginalise(row: Floats, spread: Floats, local: Floats) -> float:
 
 
 @compiled
+def shun_neighbours(verdict: Floats) -> None:
+    """Halve the weight of a sector beside one that was left out: what hides one reaches into the next."""
+    count = verdict.shape[0]
+    out = np.zeros(count, dtype=np.bool_)
+    for k in range(count):
+        out[k] = verdict[k, WEIGHT] == 0.0 and not math.isnan(verdict[k, MOVED])
+    for k in range(count):
+        if out[k - 1] or out[(k + 1) % count]:
+            verdict[k, WEIGHT] *= 0.5
+
+
+@compiled
 def judge(sums: Floats, spread: Floats, one_sided: bool, verdict: Floats) -> float:
     """Fill ``verdict`` and return the robust scale of the sectors' displacements over their own uncertainties.
 
@@ -157,24 +172,22 @@ def judge(sums: Floats, spread: Floats, one_sided: bool, verdict: Floats) -> flo
         number += 1
     if number == 0:
         return math.nan
-    scale = max(1.0, 1.4826 * median_of(ratios, number))
-    usual = median_of(qualities, number)
+    scale = max(1.0, quantile_of(ratios, number, 0.35) / 0.454)
+    usual = quantile_of(qualities, number, 0.4)
     for k in range(sums.shape[0]):
         moved = verdict[k, MOVED]
         if math.isnan(moved):
             continue
         z = abs(moved) / math.sqrt(verdict[k, VARIANCE] + TOLERANCE_PX**2)
         gate = HARD_GATE if not one_sided else (0.67 * HARD_GATE if moved > 0.0 else 1.33 * HARD_GATE)
-        if z > gate:
-            continue
-        weight = 1.0
         stands_out = abs(moved) / math.sqrt(verdict[k, VARIANCE]) / scale
-        if stands_out > 3.0:
-            weight = max(0.0, (6.0 - stands_out) / 3.0)
         excess = verdict[k, QUALITY] / max(usual, 1e-12)
-        if excess > 2.0:
-            weight *= (2.0 / excess) ** 2
+        if z > gate or stands_out > SOFT_END or excess > QUALITY_END:
+            continue
+        weight = min(1.0, (SOFT_END - stands_out) / (SOFT_END - SOFT_START))
+        weight *= min(1.0, (QUALITY_END - excess) / (QUALITY_END - QUALITY_START))
         verdict[k, WEIGHT] = weight
+    shun_neighbours(verdict)
     return scale
 
 

@@ -1,0 +1,119 @@
+"""What the covariance of a perfect ellipse leaves out: outlines that are smooth but no ellipse.
+
+Where the kept sectors disagree by more than their noise, the outline is taken to depart from the ellipse by smooth
+waves that an ellipse cannot follow (three to five periods round the sphere, equal variance each). The part of them that
+shows in the residual gives their variance; the part that the parameters swallow gives the uncertainty.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.compiled import compiled
+from wentry_cli.contours.arc import NX, NY, J, X, Y
+from wentry_cli.contours.normal_equations import substitute
+from wentry_cli.contours.sectors import (
+    LEVEL_IN,
+    LEVEL_OUT,
+    LN_S,
+    MOVED,
+    SLOPE_X,
+    SLOPE_Y,
+    VARIANCE,
+    WEIGHT,
+    marginalise,
+)
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+WAVES = (3, 4, 5)
+# Order of the cross terms of a sector's displacement in the marginalised sums.
+CROSS = (0, 1, 3, 6)
+
+
+@compiled
+def excess_variance(verdict: Floats, size: int) -> float:
+    """Variance of the kept displacements beyond their noise (px^2); 0 where it is not significant (3 sigma)."""
+    weights, squares, noise, chi2 = 0.0, 0.0, 0.0, 0.0
+    for k in range(verdict.shape[0]):
+        weight = verdict[k, WEIGHT]
+        if weight > 0.0:
+            weights += weight
+            squares += weight * verdict[k, MOVED] ** 2
+            noise += weight * verdict[k, VARIANCE]
+            chi2 += weight * verdict[k, MOVED] ** 2 / verdict[k, VARIANCE]
+    freedom = max(1.0, weights - size)
+    if chi2 < freedom + 3.0 * math.sqrt(2.0 * freedom):
+        return 0.0
+    return max(0.0, (squares - noise) / weights)
+
+
+@compiled
+def pull_of_sectors(
+    sums: Floats, verdict: Floats, rows: Floats, free: Ints, scene: Floats, spread: Floats, total: int
+) -> Floats:
+    """Right-hand side of the global equations per pixel of displacement of each sector (sectors, total)."""
+    size = free.size
+    pull = np.zeros((sums.shape[0], total))
+    local = np.empty(14)
+    for k in range(sums.shape[0]):
+        weight = verdict[k, WEIGHT]
+        if weight <= 0.0:
+            continue
+        marginalise(sums[k], spread, local)
+        for j in range(size):
+            pull[k, j] = weight * local[CROSS[0]] * rows[k, J + free[j]]
+        outside = weight * local[CROSS[2]]
+        pull[k, size + LEVEL_IN] = weight * local[CROSS[1]]
+        pull[k, size + LEVEL_OUT] = outside
+        pull[k, size + SLOPE_X] = outside * (rows[k, X] - scene[0]) / scene[2]
+        pull[k, size + SLOPE_Y] = outside * (rows[k, Y] - scene[1]) / scene[2]
+        pull[k, size + LN_S] = weight * local[CROSS[3]]
+    return pull
+
+
+@compiled
+def wave(rows: Floats, scene: Floats, number: int, sine: bool) -> Floats:
+    """A wave of unit amplitude round the sphere at each sector, its phase 0 at the bottom."""
+    shape = np.empty(rows.shape[0])
+    for k in range(rows.shape[0]):
+        angle = number * math.atan2(rows[k, NX], rows[k, NY])
+        shape[k] = math.sin(angle) if sine else math.cos(angle)
+    return shape
+
+
+@compiled
+def add_discrepancy(
+    covariance: Floats, factor: Floats, pull: Floats, rows: Floats, verdict: Floats, free: Ints, scene: Floats
+) -> float:
+    """Widen ``covariance`` of the free parameters in place; returns the variance of the waves (px^2), 0 where none."""
+    size = free.size
+    excess = excess_variance(verdict, size)
+    if excess == 0.0:
+        return 0.0
+    steps = np.zeros((2 * len(WAVES), factor.shape[0]))
+    remaining = 0.0
+    for index in range(2 * len(WAVES)):
+        shape = wave(rows, scene, WAVES[index // 2], index % 2 == 1)
+        for k in range(rows.shape[0]):
+            for j in range(factor.shape[0]):
+                steps[index, j] += pull[k, j] * shape[k]
+        substitute(factor, steps[index])
+        squares, weights = 0.0, 0.0
+        for k in range(rows.shape[0]):
+            rest = shape[k]
+            for j in range(size):
+                rest -= rows[k, J + free[j]] * steps[index, j]
+            squares += verdict[k, WEIGHT] * rest * rest
+            weights += verdict[k, WEIGHT]
+        remaining += squares / weights
+    variance = excess / max(remaining, 1e-3)
+    for index in range(2 * len(WAVES)):
+        for i in range(size):
+            for j in range(size):
+                covariance[i, j] += variance * steps[index, i] * steps[index, j]
+    return variance
