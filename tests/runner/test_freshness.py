@@ -242,3 +242,17 @@ def test_wrong_corrections_are_told(drop: Drop, text: str, expected: str) -> Non
     with pytest.raises(ConfigurationError, match=r"corrections\.yaml:\d+:\d+: error") as caught:
         read_corrections(drop.folder)
     assert expected in str(caught.value)
+
+
+def test_a_bug_is_kept_and_ends_only_its_drop(
+    results: Path, drop: Drop, ran: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def bug(folder: Path, drop: Drop) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(sys.modules["wentry_cli.stages.track"], "run", bug)
+    failure = run_drop(results, drop, TWO, Choice(), lambda event: None)
+    assert failure is not None
+    assert failure.exit_code == 1
+    assert "ZeroDivisionError" in (results / "video" / "error.log").read_text()
+    assert plan(results, drop, TWO, Choice())[1].action == "run"

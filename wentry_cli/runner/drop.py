@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import time
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +19,9 @@ from wentry_cli.provenance import digest_of_file, peak_memory_mb
 from wentry_cli.runner.corrections import apply_corrections
 from wentry_cli.runner.plan import Choice, fingerprint, plan
 from wentry_cli.runner.record import STAGES, read_json, write_drop, write_json
-from wentry_cli.tables import table_path
+from wentry_cli.tables import table_path, write_text
+
+ERROR_LOG = "error.log"
 
 
 @dataclass(frozen=True)
@@ -49,8 +52,8 @@ class Failure:
 def run_drop(results: Path, drop: Drop, stages: list[Stage], choice: Choice, report: Report) -> Failure | None:
     """Run ``stages`` of ``drop`` into ``results``; the first failure ends the drop and is returned.
 
-    A stage is recorded as running before it starts, so that an interrupted run is seen as such. Errors that are not the
-    user's pass through.
+    A stage is recorded as running before it starts, so that an interrupted run is seen as such. A programmer's mistake
+    ends the drop too; its traceback is kept in ``error.log`` beside the tables, and the other drops go on.
     """
     folder = results / drop.name
     sweep(folder)
@@ -71,12 +74,27 @@ def run_drop(results: Path, drop: Drop, stages: list[Stage], choice: Choice, rep
             sentence = str(error)
             report(Event(drop.name, stage.name, "failed", sentence))
             return Failure(drop.name, stage.name, error.exit_code, sentence)
+        except Exception as bug:
+            sentence = _keep_traceback(folder, stage, bug)
+            report(Event(drop.name, stage.name, "failed", sentence))
+            return Failure(drop.name, stage.name, 1, sentence)
         report(Event(drop.name, stage.name, "done", f"{seconds:.1f} s"))
     return None
 
 
+def _keep_traceback(folder: Path, stage: Stage, bug: Exception) -> str:
+    _remove_tables(folder, stage)
+    _forget_later(folder, stage)
+    log = folder / ERROR_LOG
+    write_text(log, "".join(traceback.format_exception(bug)))
+    sentence = f"{type(bug).__name__} in stage {stage.name}: a mistake in wentry; please report it with {log}"
+    _record(folder, stage, {"error": sentence, "exit_code": 1})
+    return sentence
+
+
 def sweep(folder: Path) -> None:
-    """Remove the unfinished files that a killed run left behind."""
+    """Remove what a killed or broken run left behind."""
+    (folder / ERROR_LOG).unlink(missing_ok=True)
     for leftover in folder.glob(".*.part"):
         leftover.unlink(missing_ok=True)
 
