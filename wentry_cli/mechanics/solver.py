@@ -23,6 +23,7 @@ from wentry_cli.mechanics.bergstrom_boyce import (
 PARAMETERS = ("stretch_0", "eps0_dot_1_s", "n", "g_inf_pa", "g_t_pa")
 SMALL_PERIOD = 2.0 * 2.0 * math.pi / math.sqrt(40.0)  # of the relaxed sphere at small amplitude, in units of t_c
 LONGEST_STEP = 0.4  # of the shortest period: a step never holds two extrema
+LEAST_TOLERANCE = 1e-14
 MOST_STEPS = 200_000
 MOST_EVENTS = 400_000
 STRETCH_RANGE = (0.05, 20.0)
@@ -78,10 +79,12 @@ def solve_oscillation(
     tolerance: float = 1e-10,
     sensitivities: bool = False,
     peaks_wanted: int = 0,
+    most_steps: int = MOST_STEPS,
 ) -> Trajectory:
     """Integrate λ(t) from λ(0) = ``stretch_0`` at rest, λ_p(0) = 1, and sample it at the rising ``times_s``.
 
-    ``tolerance`` bounds the local error of every step relative to 1 + |state|; the global error is of its size.
+    ``tolerance`` bounds the local error of every step relative to 1 + |state|; the global error is of its size. A small
+    oscillation is integrated more accurately in proportion to |λ₀ − 1|.
     With ``peaks_wanted`` the integration ends after so many peaks, and later samples are NaN. Compiled DOP853.
 
     Raises ``ConfigurationError`` with one sentence where the parameters are singular, too stiff for an explicit
@@ -96,7 +99,7 @@ def solve_oscillation(
         raise ValueError("times_s must be a rising, finite, non-empty array of one dimension")
     if sensitivities and (material.m < 1.0 or material.xi == 0.0):
         raise ConfigurationError("sensitivities need m of at least 1 and xi > 0; the flow rule is not smooth otherwise")
-    return _integrate(groups, stretch_0, times, (tolerance, sensitivities, peaks_wanted))
+    return _integrate(groups, stretch_0, times, (tolerance, sensitivities, peaks_wanted, most_steps))
 
 
 def find_period(material: Material, stretch_0: float, *, tolerance: float = 1e-10) -> float:
@@ -108,8 +111,10 @@ def find_period(material: Material, stretch_0: float, *, tolerance: float = 1e-1
     return solve_oscillation(material, stretch_0, np.array([duration]), tolerance=tolerance, peaks_wanted=1).period_s
 
 
-def _integrate(groups: Groups, stretch_0: float, times: FloatArray, options: tuple[float, bool, int]) -> Trajectory:
-    tolerance, sensitivities, peaks_wanted = options
+def _integrate(
+    groups: Groups, stretch_0: float, times: FloatArray, options: tuple[float, bool, int, int]
+) -> Trajectory:
+    tolerance, sensitivities, peaks_wanted, most_steps = options
     size = STATE_SIZE + (3 * len(SENSITIVITY_NAMES) if sensitivities else 0)
     initial = np.zeros(size)
     initial[0] = stretch_0
@@ -120,7 +125,8 @@ def _integrate(groups: Groups, stretch_0: float, times: FloatArray, options: tup
     end = max(float(scaled[-1]), 0.0)
     events = np.empty((min(int(4.5 * end * fast / SMALL_PERIOD) + 16, MOST_EVENTS), stepping.EVENT_COLUMNS))
     sampled = np.full((times.size, size), np.nan)
-    limits = np.array([tolerance, LONGEST_STEP * SMALL_PERIOD / fast, MOST_STEPS, peaks_wanted])
+    local = max(tolerance * min(1.0, 2.0 * abs(stretch_0 - 1.0)), LEAST_TOLERANCE)
+    limits = np.array([local, LONGEST_STEP * SMALL_PERIOD / fast, most_steps, peaks_wanted])
     counts = np.zeros(5, dtype=np.int64)
     output = (scaled, sampled, events)
     status, reached, energy_error = stepping.integrate(groups.as_array(), initial, limits, output, counts)
@@ -149,7 +155,7 @@ def _refusal(status: int, groups: Groups, stretch_0: float, fraction: float) -> 
     powers = [groups.flow * c**groups.n for c in (groups.xi, hardening) if c > 0.0]
     fastest = max(powers, default=math.nan)
     reason = {
-        stepping.TOO_MANY_STEPS: f"needs more than {MOST_STEPS} steps",
+        stepping.TOO_MANY_STEPS: "needs too many steps",
         stepping.STEP_TOO_SMALL: "needs steps below the rounding of time",
         stepping.TOO_MANY_EVENTS: f"has more than {MOST_EVENTS} extrema and crossings",
     }[status]

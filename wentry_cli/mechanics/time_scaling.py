@@ -11,18 +11,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
-from scipy.optimize import OptimizeResult, least_squares
 
 from wentry_cli.mechanics.bergstrom_boyce import FloatArray, Material
+from wentry_cli.mechanics.least_squares import Minimum, minimise
 from wentry_cli.mechanics.solver import Trajectory, find_period, solve_oscillation
 
 STARTS = (0.85, 1.1, 1.4, 1.8)
 RATIO_RANGE = (0.4, 4.0)
 WINDOW = 1.3  # periods after the first peak that define the free period: both peaks and their flanks
-SAMPLES_PER_PERIOD = 400
+SAMPLES_PER_PERIOD = 120  # a cubic through λ and λ̇ is then good to 1e-8
 ROBUST_SCALE = 1.5  # in standard deviations
 LEAST_SCALE = 1e-4
+FIRST_SCALE = 0.02
 FEWEST_POINTS = 6
+MOST_SHIFT = 0.15  # of a period
+STEPS = np.array([0.1, 0.02])
+
+Data = tuple[FloatArray, FloatArray, FloatArray]  # times, stretches, weights
 
 
 @dataclass(frozen=True)
@@ -89,12 +94,12 @@ def fit_time_scale(
     curve = _Curve(model_curve(material, first_peak.value, end), period_model)
     guess = period.value / period_model
     if not math.isfinite(guess):
-        guess = math.exp(_best(curve, (times, values, weights), STARTS).x[0])
+        guess = math.exp(_best(curve, (times, values, weights), STARTS)[0])
     near = times <= WINDOW * guess * period_model
     if np.count_nonzero(near) < FEWEST_POINTS:
         return _unfitted(period_model, int(np.count_nonzero(near)), "too_few")
     data = (times[near], values[near], weights[near])
-    fit = _best(curve, data, (guess, 0.93 * guess, 1.07 * guess, *STARTS))
+    fit = _best(curve, data, (guess, 0.9 * guess, 1.1 * guess))
     result = _result(curve, data, fit, float(np.max(times_s)))
     if result.status not in ("ok", "clip_ended"):
         return result
@@ -102,7 +107,7 @@ def fit_time_scale(
         higher = first_peak.value + first_peak.unc
         other = _Curve(model_curve(material, higher, end), find_period(material, higher))
         shifted = _best(other, data, (result.ratio,))
-        result = replace(result, ratio_unc=math.hypot(result.ratio_unc, math.exp(shifted.x[0]) - result.ratio))
+        result = replace(result, ratio_unc=math.hypot(result.ratio_unc, math.exp(shifted[0]) - result.ratio))
     return _with_peaks(result, period)
 
 
@@ -119,9 +124,7 @@ def _with_peaks(fit: TimeScaling, period: Measured) -> TimeScaling:
     return replace(fit, ratio=ratio, ratio_unc=unc, period_exp_s=ratio * fit.period_model_s)
 
 
-def _usable(
-    times_s: FloatArray, stretch: FloatArray, stretch_unc: FloatArray | float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _usable(times_s: FloatArray, stretch: FloatArray, stretch_unc: FloatArray | float) -> Data:
     """Points after the first peak with λ > 1, and their weights with mean square 1."""
     times, values = np.asarray(times_s, dtype=float), np.asarray(stretch, dtype=float)
     unc = np.broadcast_to(np.asarray(stretch_unc, dtype=float), times.shape)
@@ -140,51 +143,49 @@ class _Curve:
         self.spline = CubicHermiteSpline(trajectory.t_s, trajectory.stretch, trajectory.rate_1_s)
         self.period_s = period_s
 
-    def residual(self, x: FloatArray, data: tuple[FloatArray, FloatArray, FloatArray]) -> FloatArray:
+    def residual(self, x: FloatArray, data: Data) -> FloatArray:
         times, values, weights = data
         model = self.spline(np.abs((times - x[1] * self.period_s) * math.exp(-x[0])))
         return np.asarray((values - model) * weights)
 
-    def jacobian(self, x: FloatArray, data: tuple[FloatArray, FloatArray, FloatArray]) -> FloatArray:
+    def jacobian(self, x: FloatArray, data: Data) -> FloatArray:
         times, _, weights = data
         own = (times - x[1] * self.period_s) * math.exp(-x[0])
         slope = np.sign(own) * self.spline(np.abs(own), 1) * weights
         return np.column_stack([slope * own, slope * self.period_s * math.exp(-x[0])])
 
 
-def _best(curve: _Curve, data: tuple[FloatArray, FloatArray, FloatArray], starts: tuple[float, ...]) -> OptimizeResult:
-    """The best of soft-L1 fits from several ratios, sharpened once with a scale from its own residuals."""
-    low, high = (math.log(r) for r in RATIO_RANGE)
-    bounds = ([low, -0.15], [high, 0.15])
+def _best(curve: _Curve, data: Data, starts: tuple[float, ...]) -> FloatArray:
+    """(ln ratio, shift/period) of the best of soft-L1 fits from several ratios, sharpened by their own residuals."""
+    bounds = (np.array([math.log(RATIO_RANGE[0]), -MOST_SHIFT]), np.array([math.log(RATIO_RANGE[1]), MOST_SHIFT]))
 
-    def run(x0: list[float], scale: float) -> OptimizeResult:
-        start = np.clip(x0, np.array(bounds[0]) + 1e-6, np.array(bounds[1]) - 1e-6)
-        return least_squares(
-            curve.residual,
-            start,
-            curve.jacobian,
-            bounds,
-            args=(data,),
-            loss="soft_l1",
-            f_scale=scale,
-            x_scale=(0.1, 0.02),
-        )
+    def run(start: FloatArray, scale: float) -> Minimum:
+        return minimise(lambda x: _soft(curve.residual(x, data), curve.jacobian(x, data), scale), start, bounds, STEPS)
 
-    rough = min((run([math.log(start), 0.0], 0.02) for start in starts), key=lambda fit: fit.cost)
-    scale = 1.4826 * float(np.median(np.abs(curve.residual(rough.x, data))))
-    return run(list(rough.x), ROBUST_SCALE * max(scale, LEAST_SCALE))
+    fits = [run(np.array([math.log(start), 0.0]), FIRST_SCALE) for start in starts]
+    rough = min(fits, key=lambda fit: float(fit.residual @ fit.residual)).x
+    return run(rough, _robust_scale(curve.residual(rough, data))).x
 
 
-def _result(
-    curve: _Curve, data: tuple[FloatArray, FloatArray, FloatArray], fit: OptimizeResult, reach_s: float
-) -> TimeScaling:
-    residual, jacobian = curve.residual(fit.x, data), curve.jacobian(fit.x, data)
+def _soft(residual: FloatArray, jacobian: FloatArray, scale: float) -> tuple[FloatArray, FloatArray]:
+    """Residual and Jacobian whose sum of squares is the soft-L1 loss 2 Σ (√(1 + z²) − 1), z = residual/scale."""
+    z = residual / scale
+    root = np.sqrt(1.0 + z * z)
+    shrink = np.sqrt(2.0 / (1.0 + root))
+    return z * shrink, jacobian / (scale * root * shrink)[:, None]
+
+
+def _robust_scale(residual: FloatArray) -> float:
+    return ROBUST_SCALE * max(1.4826 * float(np.median(np.abs(residual))), LEAST_SCALE)
+
+
+def _result(curve: _Curve, data: Data, x: FloatArray, reach_s: float) -> TimeScaling:
+    residual, jacobian = curve.residual(x, data), curve.jacobian(x, data)
     freedom = max(residual.size - 2, 1)
-    scale = max(1.4826 * float(np.median(np.abs(residual))), LEAST_SCALE) * ROBUST_SCALE
-    weight = 1.0 / np.sqrt(1.0 + (residual / scale) ** 2)
+    weight = 1.0 / np.sqrt(1.0 + (residual / _robust_scale(residual)) ** 2)
     normal = jacobian.T @ (weight[:, None] * jacobian)
     variance = float(np.sum(weight * residual**2)) / freedom * _correlation_factor(residual)
-    ratio = math.exp(fit.x[0])
+    ratio = math.exp(x[0])
     period_exp = ratio * curve.period_s
     try:
         unc = np.sqrt(np.diag(np.linalg.inv(normal)) * variance)
@@ -196,7 +197,7 @@ def _result(
     return TimeScaling(
         ratio=ratio,
         ratio_unc=ratio * float(unc[0]),
-        shift_s=float(fit.x[1]) * curve.period_s,
+        shift_s=float(x[1]) * curve.period_s,
         shift_unc_s=float(unc[1]) * curve.period_s,
         period_model_s=curve.period_s,
         period_exp_s=period_exp,
