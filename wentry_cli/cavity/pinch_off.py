@@ -15,6 +15,7 @@ EXPONENT_PRIOR = 0.55
 EXPONENT_PRIOR_UNC = 0.03
 CURVATURE_PRIOR_UNC = 1.0  # of c times the span of the fitted samples
 MIN_SAMPLES = 6
+LAW_UNC_FRAMES = 0.04  # a neck that follows another law (exponent 1/2, drifting) shifts the closure by about that
 MAX_AFTERMATH = 8  # samples after the closure that may pass for a neck
 
 
@@ -67,7 +68,9 @@ def fit_closure(
     Notes
     -----
     Least squares over closure time, ln amplitude, exponent and curvature, with priors on the last two: the ring model
-    has exponent 1/2, an axisymmetric neck drifts slowly towards it (Eggers et al., PRL 98, 094502, 2007).
+    has exponent 1/2, an axisymmetric neck drifts slowly towards it (Eggers et al., PRL 98, 094502, 2007). The
+    uncertainty holds the fit's own (widened by its misfit), how far leaving the last sample out shifts it beyond
+    noise, and ``LAW_UNC_FRAMES``.
     """
     time, values = _usable_samples(time_s, radius, min_radius, frames + MAX_AFTERMATH)
     open_samples = _count_before_closure(time, values, radius_unc, exposure_s)
@@ -76,7 +79,11 @@ def fit_closure(
     if time.size < MIN_SAMPLES:
         return _no_fit("too_few", time.size)
     result, law, scaling = _solve(time, values, radius_unc, exposure_s)
-    return _as_fit(result, law, scaling, last_time_s)
+    earlier, short, (origin, span, _) = _solve(time[:-1], values[:-1], radius_unc, exposure_s)
+    shift = scaling[0] + result.x[0] * scaling[1] - (origin + earlier.x[0] * span)
+    shift = max(abs(shift) - _closure_unc(earlier, short) * span, 0.0)
+    step = float(np.median(np.diff(time)))
+    return _as_fit(result, law, scaling, last_time_s, float(np.hypot(LAW_UNC_FRAMES * step, shift)))
 
 
 def _count_before_closure(time: Floats, values: Floats, radius_unc: float, exposure_s: float) -> int:
@@ -185,12 +192,14 @@ def _closure_unc(result: Any, law: _Law) -> float:
     return float(np.sqrt(covariance[0, 0])) * _scatter(result, law)
 
 
-def _as_fit(result: Any, law: _Law, scaling: tuple[float, float, float], last_time_s: float) -> ClosureFit:
+def _as_fit(
+    result: Any, law: _Law, scaling: tuple[float, float, float], last_time_s: float, law_unc_s: float
+) -> ClosureFit:
     origin, span, unit = scaling
     closure, log_amplitude, exponent, curvature = (float(value) for value in result.x)
     misfit = law.predict(result.x) - law.radius
     t_s = origin + closure * span
-    t_unc_s = _closure_unc(result, law) * span
+    t_unc_s = float(np.hypot(_closure_unc(result, law) * span, law_unc_s))
     status = _judge(t_s, t_unc_s, span, _scatter(result, law), last_time_s)
     seen = status == "ok"
     return ClosureFit(

@@ -14,6 +14,7 @@ from wentry_cli.imaging.patch import Patch
 
 Floats = NDArray[np.float64]
 
+SURFACE_ROWS = 12  # where the surface band may reach
 RIM_PX = 3  # a row that is dark up to the rim of the patch belongs to the surface band
 FAINTEST = 0.25  # of the contrast: what is darker than that belongs to a wall, however thin
 DARKEST_USEFUL = 0.75  # a wall brighter than this is no wall
@@ -39,15 +40,19 @@ class CavityProfile:
     """Outer silhouette of cavity and sphere in one frame, pixels of the full frame.
 
     ``y_px`` (n,) are rows from the surface down to the sphere's equator; ``left_px`` and ``right_px`` the smoothed
-    edges, NaN where not seen. ``edge_unc_px`` is the standard uncertainty of one smoothed edge. ``status`` is ``ok``,
-    ``no_edge`` (no cavity in sight) or ``out_of_frame`` (nothing between surface and sphere lies in the patch).
+    edges, NaN where not seen. ``top_y_px`` is the highest row in which any of it is dark, ``edge_unc_px`` the standard
+    uncertainty of one smoothed edge. ``cut_off`` tells that a wall reaches the rim of the patch well below the surface.
+    ``status`` is ``ok``, ``no_edge`` (no cavity in sight) or ``out_of_frame`` (nothing between surface and sphere lies
+    in the patch).
     """
 
     y_px: Floats
     left_px: Floats
     right_px: Floats
+    top_y_px: float
     edge_unc_px: float
     dark_level: float
+    cut_off: bool
     status: str
 
     @property
@@ -67,12 +72,12 @@ def measure_profile(patch: Patch, sphere: SphereOutline, *, surface_y_px: float)
     first = max(int(np.ceil(surface_y_px)) + 1, patch.y0)
     last = min(int(np.floor(sphere.y_px)), patch.y0 + patch.values.shape[0] - 1)
     if last - first < 8:
-        return _empty("out_of_frame")
+        return empty_profile("out_of_frame")
     bottom = min(int(sphere.y_px + 0.5 * sphere.along_px), patch.y0 + patch.values.shape[0])
     values = np.ascontiguousarray(patch.values[first - patch.y0 : bottom - patch.y0])
     ground, dark = _levels(values)
     if not dark < DARKEST_USEFUL * ground:
-        return _empty("no_edge")
+        return empty_profile("no_edge")
     rows = last - first + 1
     body = _silhouette(values, _faint_level(ground, dark, patch.noise_floor), sphere, patch.x0, first)
     left, right, wall = find_edges(values[:rows], body[:rows], 0.5 * (ground + dark), RIM_PX)
@@ -81,22 +86,25 @@ def measure_profile(patch: Patch, sphere: SphereOutline, *, surface_y_px: float)
     mend_thin_walls(left[:above], right[:above], wall[:above], *light)
     seen = np.isfinite(left)
     if seen.sum() < 8:
-        return _empty("no_edge")
+        return empty_profile("no_edge")
     left, left_spread = smooth_wall(-left)
     right, right_spread = smooth_wall(right)
     return CavityProfile(
         y_px=first + np.arange(rows, dtype=np.float64),
         left_px=patch.x0 - left,
         right_px=patch.x0 + right,
+        top_y_px=float(first + np.flatnonzero(body.any(axis=1))[0]),
         edge_unc_px=float(0.5 * np.hypot(left_spread, right_spread)),
         dark_level=float(dark / ground),
+        cut_off=bool(np.sum((~seen & body[:rows].any(axis=1))[SURFACE_ROWS:]) > 0.1 * rows),
         status="ok",
     )
 
 
-def _empty(status: str) -> CavityProfile:
+def empty_profile(status: str) -> CavityProfile:
+    """Return a profile without rows and the status that says why."""
     none = np.empty(0)
-    return CavityProfile(none, none, none, float("nan"), float("nan"), status)
+    return CavityProfile(none, none, none, float("nan"), float("nan"), float("nan"), False, status)
 
 
 def _levels(values: NDArray[np.float32]) -> tuple[float, float]:

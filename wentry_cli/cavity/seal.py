@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,13 @@ from wentry_cli.cavity.pinch_off import ClosureFit, fit_closure
 Floats = NDArray[np.float64]
 
 CLOSEST_RADIUS_PX = 1.5  # blur hides a gap of three pixels
-AT_SPHERE = 0.2  # in radii of the sphere: a neck so close above its top closes on it
+AT_SPHERE = 0.12  # in radii of the sphere: a neck so close above its top closes on it
+EDGE_MODEL_PX = 0.05  # what blur and the slope of the wall leave in a radius, however low the noise
 DETACHED_FRAMES = 3
+ALMOST_CLOSED = 0.45  # in radii of the sphere: a neck that is wider when last seen has not been seen to close
+LONGEST_LEAP_FRAMES = 3.0
+FEWEST_SAMPLES = 8
+LASTING = 0.12  # in radii: a neck as wide as that after its closure did not close; jets and mist are thinner
 
 
 @dataclass(frozen=True)
@@ -67,10 +72,10 @@ def find_seal(tracks: Sequence[NeckTrack], scene: Scene) -> Seal:
 
 
 def _close(track: NeckTrack, scene: Scene) -> ClosureFit:
-    """Fit the closure of one neck; one that has not narrowed to half its width is not about to close."""
+    """Fit the closure of one neck and refuse what was not seen to close."""
     time = scene.time_s[track.frame]
-    radius_unc = max(float(np.median(track.radius_unc_px[-30:])), 0.02)
-    return fit_closure(
+    radius_unc = max(float(np.median(track.radius_unc_px[-30:])), EDGE_MODEL_PX)
+    fit = fit_closure(
         time,
         track.radius_px,
         radius_unc,
@@ -78,6 +83,19 @@ def _close(track: NeckTrack, scene: Scene) -> ClosureFit:
         min_radius=CLOSEST_RADIUS_PX,
         last_time_s=float(np.nanmax(scene.time_s)),
     )
+    if fit.status != "ok":
+        return fit
+    step = float(np.nanmedian(np.diff(scene.time_s)))
+    before = time < fit.t_s
+    leap = fit.t_s - time[before][-1] if before.any() else np.inf
+    lasting = np.any(track.radius_px[time > fit.t_s + 2.0 * step] > max(LASTING * scene.radius_px, 3.0))
+    seen_to_close = (
+        fit.samples >= FEWEST_SAMPLES
+        and leap <= LONGEST_LEAP_FRAMES * step
+        and track.radius_px[before][-1] <= ALMOST_CLOSED * scene.radius_px
+        and not lasting
+    )
+    return fit if seen_to_close else replace(fit, t_s=float("nan"), t_unc_s=float("nan"), status="poor_fit")
 
 
 def _at_depth(track: NeckTrack, fit: ClosureFit, scene: Scene) -> Seal:

@@ -1,0 +1,83 @@
+"""The cavity through a clip: the region to look at in every frame, its profile there, one frame in memory at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.cavity.profile import CavityProfile, SphereOutline, empty_profile, measure_profile
+from wentry_cli.imaging.background import Background
+from wentry_cli.tracking.source import Frames, read_patch
+
+Floats = NDArray[np.float64]
+
+LONGEST_GAP = 12  # frames over which the sphere's place is carried on
+SHALLOWEST = 0.35  # in radii: the equator below the surface before there is a cavity to measure
+NARROWEST_REACH, WIDEST_REACH = 2.0, 6.0
+
+
+def sphere_outlines(x_px: Floats, y_px: Floats, radius_px: float, stretch: Floats) -> list[SphereOutline | None]:
+    """Return the sphere in every frame, from arrays of shape (n,) with NaN where it was not measured.
+
+    Gaps are bridged linearly; after its last measured frame the sphere goes on at its last speed, so that the cavity
+    above a sphere that has left the frame is still measured. None before the first frame in which it was seen.
+    """
+    seen = np.flatnonzero(np.isfinite(x_px) & np.isfinite(y_px))
+    if seen.size < 2:
+        return [None] * x_px.size
+    frames = np.arange(x_px.size)
+    across = np.interp(frames, seen, np.nan_to_num(stretch[seen], nan=1.0))
+    x, y = np.interp(frames, seen, x_px[seen]), np.interp(frames, seen, y_px[seen])
+    last = seen[-8:]
+    beyond = frames > seen[-1]
+    for line, values in ((x, x_px), (y, y_px)):
+        slope = (values[last[-1]] - values[last[0]]) / (last[-1] - last[0])
+        line[beyond] += slope * (frames[beyond] - seen[-1])
+    across[beyond] = 1.0
+    return [
+        SphereOutline(float(x[k]), float(y[k]), float(across[k] * radius_px), float(radius_px / across[k] ** 2))
+        if k >= seen[0]
+        else None
+        for k in frames
+    ]
+
+
+def measure_profiles(
+    frames: Frames,
+    ground: Background,
+    spheres: Sequence[SphereOutline | None],
+    *,
+    surface_y_px: float,
+    radius_px: float,
+) -> Iterator[tuple[int, CavityProfile]]:
+    """Measure the cavity in every frame with a sphere below the surface; yields frame and profile.
+
+    Only the rows between surface and sphere are read, and the columns that the cavity of the frame before leaves room
+    to grow into. A frame that cannot be read yields an empty profile with its status.
+    """
+    reach = NARROWEST_REACH * radius_px
+    for index, sphere in enumerate(spheres):
+        if sphere is None or sphere.y_px - surface_y_px < SHALLOWEST * radius_px:
+            continue
+        bottom = sphere.y_px + 0.6 * sphere.along_px
+        box = (sphere.x_px - reach, surface_y_px, sphere.x_px + reach, bottom)
+        patch = read_patch(frames, index, ground, box)
+        if isinstance(patch, str):
+            yield index, empty_profile(patch)
+            continue
+        profile = measure_profile(patch, sphere, surface_y_px=surface_y_px)
+        yield index, profile
+        reach = _next_reach(profile, sphere, reach, radius_px)
+
+
+def _next_reach(profile: CavityProfile, sphere: SphereOutline, reach: float, radius_px: float) -> float:
+    if profile.cut_off:
+        return min(1.4 * reach, WIDEST_REACH * radius_px)
+    if profile.status != "ok":
+        return reach
+    walls = np.concatenate([sphere.x_px - profile.left_px, profile.right_px - sphere.x_px])
+    widest = float(np.nanmax(walls)) if np.isfinite(walls).any() else 0.0
+    wanted = 1.12 * widest + 0.35 * radius_px
+    return float(np.clip(max(wanted, 0.97 * reach), NARROWEST_REACH * radius_px, WIDEST_REACH * radius_px))
