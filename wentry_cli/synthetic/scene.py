@@ -190,24 +190,41 @@ def _fill(entry: dict[str, Any], document: dict[str, Any], index: int) -> dict[s
     return filled
 
 
+def _load_materials(path: Path, given: Any) -> dict[str, Any]:
+    """Laws by name: written out, or read from the materials file that ``given`` names beside the scenes file."""
+    if not isinstance(given, str):
+        return dict(given or {})
+    listed = _read_yaml(path.parent / given).get("materials", {})
+    return {name: {k: v for k, v in law.items() if k in Material.model_fields} for name, law in listed.items()}
+
+
+def _read_yaml(path: Path) -> dict[str, Any]:
+    try:
+        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: cannot read the file ({error.strerror}); give a YAML file") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ConfigurationError(f"{path}: error: not valid YAML: {' '.join(str(error).split())}") from error
+    if not isinstance(document, dict):
+        raise ConfigurationError(f"{path}: error: not a mapping; a scenes file has a list of drops")
+    return document
+
+
 def load_scenes(path: Path) -> list[Scene]:
-    """Read a scenes file: ``materials``, ``defaults``, ``seed`` and the list ``drops``.
+    """Read a scenes file: ``materials`` (laws by name, or the name of a file), ``defaults``, ``seed``, list ``drops``.
 
     Raises InputError if the file cannot be read and ConfigurationError for unknown, mistyped or missing keys.
     """
-    try:
-        document = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot read the scenes file ({error.strerror}); give a YAML file") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f"{path}: error: not valid YAML: {' '.join(str(error).split())}") from error
-    if not isinstance(document, dict) or not isinstance(document.get("drops"), list):
+    path = Path(path)
+    document = _read_yaml(path)
+    if not isinstance(document.get("drops"), list):
         raise ConfigurationError(f"{path}: error: drops: missing; a scenes file has a list of drops")
     unknown = set(document) - {"materials", "defaults", "seed", "drops"}
     if unknown:
         raise ConfigurationError(
             f"{path}: error: {sorted(unknown)[0]}: unknown key; use materials, defaults, seed, drops"
         )
+    document["materials"] = _load_materials(path, document.get("materials"))
     scenes = []
     for index, entry in enumerate(document["drops"]):
         try:
