@@ -56,6 +56,7 @@ def cih(**changes: object) -> str:
         "depth": "EffectiveBit Depth",
         "side": "EffectiveBit Side",
         "format": "File Format",
+        "colour": "Color Type",
         "shutter_ns": "Shutter Type2(nsec)",
     }
     lines |= {names[key]: value for key, value in changes.items()}

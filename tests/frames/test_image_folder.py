@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from recording_bytes import bmp, grey, png, tiff
+from recording_bytes import bmp, cih, cihx, grey, png, tiff
 
 from wentry_cli.errors import FrameUnreadableError, InputError
 from wentry_cli.frames.formats import open_recording
@@ -48,15 +48,83 @@ def test_frames_belong_to_the_caller(tmp_path: Path) -> None:
     np.testing.assert_array_equal(recording.read(0), LEVELS[0])
 
 
-def test_png_of_sixteen_bit_says_that_this_is_the_container(tmp_path: Path) -> None:
-    levels = grey(7, 5, 4095, frames=2)
+@pytest.mark.parametrize(("stored", "top", "depth"), [(1, 4095, 12), (1, 3000, 12), (1, 16383, 14), (16, 4095, 12)])
+def test_sixteen_bit_files_of_a_camera_with_fewer(tmp_path: Path, stored: int, top: int, depth: int) -> None:
+    levels = grey(7, 5, top, frames=3)
+    write_pngs(tmp_path, levels * stored, 16)
+    (tmp_path / "f1.png").unlink()
+    recording = open_recording(tmp_path)
+    assert recording.info.format == "PNG images, 16 bit"
+    assert recording.info.bit_depth == depth
+    assert recording.info.notes[0].startswith("16-bit files")
+    frame = recording.read(2)
+    assert frame.dtype == np.uint16
+    np.testing.assert_array_equal(frame, levels[2])
+    np.testing.assert_array_equal(recording.read(2, (1, 1, 3, 3)), levels[2, 1:3, 1:3])
+
+
+def test_sixteen_bit_files_that_use_all_bits(tmp_path: Path) -> None:
+    levels = grey(7, 5, 65535, frames=2)
     write_pngs(tmp_path, levels, 16)
     recording = open_recording(tmp_path)
     assert recording.info.bit_depth == 16
-    assert "16 bit is the depth of the files" in recording.info.notes[0]
-    frame = recording.read(1)
-    assert frame.dtype == np.uint16
-    np.testing.assert_array_equal(frame, levels[1])
+    np.testing.assert_array_equal(recording.read(1), levels[1])
+
+
+def test_a_small_file_that_claims_a_gigabyte(tmp_path: Path) -> None:
+    write_pngs(tmp_path)
+    data = bytearray(png(LEVELS[0], 8))
+    data[16:24] = (32768).to_bytes(4, "big") * 2
+    (tmp_path / "f1.png").write_bytes(data)
+    recording = open_recording(tmp_path)
+    with pytest.raises(FrameUnreadableError, match="which no compression brings into"):
+        recording.read(1)
+
+
+def test_the_camera_header_beside_the_images_tells_rate_and_exposure(tmp_path: Path) -> None:
+    write_pngs(tmp_path)
+    (tmp_path / "clip.cihx").write_bytes(cihx(width=7, height=5, format="Png", rate=10000, step=4, bits=24))
+    info = open_recording(tmp_path).info
+    assert (info.fps, info.fps_source) == (2500.0, "cihx recordRate / skipFrame")
+    assert info.exposure_s == pytest.approx(1e-4)
+    (tmp_path / "other.cih").write_text(cih())
+    info = open_recording(tmp_path).info
+    assert (info.fps, info.notes) == (
+        None,
+        ("several headers (clip.cihx, other.cih) lie beside the images: none is used",),
+    )
+
+
+@pytest.mark.parametrize(
+    ("header", "note"), [(cihx(), "clip.cihx describes 6 x 4 pixels: not used"), (b"<cih>", "not used: ")]
+)
+def test_a_camera_header_of_something_else_is_not_used(tmp_path: Path, header: bytes, note: str) -> None:
+    write_pngs(tmp_path)
+    (tmp_path / "clip.cihx").write_bytes(header)
+    info = open_recording(tmp_path).info
+    assert info.fps is None
+    assert info.notes[0].startswith(note)
+
+
+def test_a_flipped_byte_is_found_without_noise(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    write_pngs(tmp_path)
+    data = bytearray((tmp_path / "f1.png").read_bytes())
+    data[len(data) - 30] ^= 4
+    (tmp_path / "f1.png").write_bytes(data)
+    with pytest.raises(FrameUnreadableError, match=r"f1\.png: the image is cut off or damaged"):
+        open_recording(tmp_path).read(1)
+    assert capfd.readouterr().err == ""
+
+
+def test_the_end_of_a_thumbnail_is_not_the_end_of_the_image(tmp_path: Path) -> None:
+    data = encoded(np.add.outer(np.arange(40), np.arange(60)).astype(np.uint8), ".jpg")
+    comment = b"\xff\xfe" + (2 + 8).to_bytes(2, "big") + b"\xff\xd8..\xff\xd9.."
+    whole = data[:2] + comment + data[2:]
+    (tmp_path / "f1.jpg").write_bytes(whole)
+    assert open_recording(tmp_path).read(0).shape == (40, 60)
+    (tmp_path / "f1.jpg").write_bytes(whole[:-20])
+    with pytest.raises(FrameUnreadableError):
+        open_recording(tmp_path).read(0)
 
 
 @pytest.mark.parametrize("order", ["<", ">"])
@@ -135,7 +203,15 @@ def test_a_file_of_something_else_is_a_bad_frame(tmp_path: Path) -> None:
     write_pngs(tmp_path)
     (tmp_path / "f1.png").write_text("no image at all, but a text of some length, longer than any header")
     recording = open_recording(tmp_path)
-    with pytest.raises(FrameUnreadableError, match="cannot be decoded"):
+    with pytest.raises(FrameUnreadableError, match="no PNG, TIFF, JPEG or BMP image"):
+        recording.read(1)
+
+
+def test_a_file_that_goes_away_is_a_bad_frame(tmp_path: Path) -> None:
+    write_pngs(tmp_path)
+    recording = open_recording(tmp_path)
+    (tmp_path / "f1.png").unlink()
+    with pytest.raises(FrameUnreadableError, match=r"f1\.png: cannot be opened"):
         recording.read(1)
 
 
@@ -161,6 +237,7 @@ def test_an_empty_folder_and_one_with_a_recording(tmp_path: Path) -> None:
         open_recording(tmp_path)
     (tmp_path / ".hidden1.png").write_bytes(png(LEVELS[0], 8))
     (tmp_path / "notes.txt").write_text("x")
+    (tmp_path / "f1.png").mkdir()
     with pytest.raises(InputError, match="no image here"):
         open_recording(tmp_path)
     (tmp_path / "ball.cihx").write_text("x")

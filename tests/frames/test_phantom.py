@@ -141,14 +141,15 @@ def test_a_header_that_cannot_be_read(tmp_path: Path, changes: dict[str, object]
 
 
 def test_a_truncated_cine_says_what_is_whole_and_how_to_use_it(tmp_path: Path) -> None:
-    data = cine(EIGHT)[:-3]
+    data = cine(EIGHT, times=[0, 0.5, 1.0])[:-3]
     with pytest.raises(InputError, match=r"hold 2 of the 3 images .* `frames: \[0, 1\]`"):
         opened(tmp_path, data)
     recording = opened(tmp_path, data, frames=(0, 1))
     np.testing.assert_array_equal(recording.read(1), LEVELS[1])
-    with pytest.raises(FrameUnreadableError) as caught:
-        recording.read(2)
-    assert caught.value.status == "bad_frame"
+    assert recording.info.frame_count == 2
+    assert recording.camera_frames().tolist() == [-2, -1]
+    assert recording.times_s().tolist() == pytest.approx([0, 0.5], abs=1e-8)
+    assert "cut off after 2 images" in recording.info.notes
 
 
 def test_one_damaged_image_is_one_bad_frame(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from recording_bytes import SHARED, cih, cihx, grey, pack_bits, write_photron
 
-from wentry_cli.errors import FrameUnreadableError, InputError
+from wentry_cli.errors import InputError
 from wentry_cli.frames.formats import open_recording
 
 EIGHT = grey(6, 4, frames=3).astype(np.uint8)
@@ -113,11 +113,9 @@ def test_a_truncated_mraw_says_what_is_whole_and_how_to_use_it(tmp_path: Path) -
         open_recording(path, frames=(0, 2))
     recording = open_recording(path, frames=(0, 1))
     np.testing.assert_array_equal(recording.read(1), EIGHT[1])
-    assert recording.info.frame_count == 3
+    assert recording.info.frame_count == 2
+    assert recording.camera_frames().tolist() == [0, 1]
     assert recording.info.notes == ("clip.mraw holds 2 of the 3 frames",)
-    with pytest.raises(FrameUnreadableError) as caught:
-        recording.read(2)
-    assert caught.value.status == "bad_frame"
 
 
 @pytest.mark.parametrize(
@@ -133,6 +131,7 @@ def test_a_truncated_mraw_says_what_is_whole_and_how_to_use_it(tmp_path: Path) -
         ({"frames": "many"}, "'Total Frame' is 'many'"),
         ({"width": None}, "'Image Width' is missing"),
         ({"bits": 24}, "a colour MRAW"),
+        ({"colour": "Bayer"}, "a colour MRAW"),
         ({"bits": 10}, "10 bit is not supported"),
         ({"side": "Left"}, "neither Lower nor Higher"),
         ({"format": "Tiff"}, "not an MRAW"),
@@ -167,6 +166,14 @@ def test_hostile_xml(tmp_path: Path, raw: bytes, sentence: str) -> None:
     with pytest.raises(InputError) as caught:
         open_recording(write_photron(tmp_path, raw, EIGHT.tobytes()))
     assert sentence in str(caught.value)
+
+
+def test_reading_after_closing_is_an_error(tmp_path: Path) -> None:
+    recording = open_recording(write_photron(tmp_path, cih(), EIGHT.tobytes()))
+    recording.close()
+    recording.close()
+    with pytest.raises(ValueError, match="after it was closed"):
+        recording.read(0)
 
 
 def test_frames_and_regions_that_do_not_exist(tmp_path: Path) -> None:

@@ -37,6 +37,14 @@ def test_pages(tmp_path: Path, order: str, bits: int, big: bool, compression: in
         np.testing.assert_array_equal(recording.read(index, (1, 2, 6, 4)), levels[index, 2:4, 1:6])
 
 
+def test_twelve_bits_in_the_upper_bits_of_the_words(tmp_path: Path) -> None:
+    levels = grey(7, 5, 4095, frames=3)
+    recording = opened(tmp_path, tiff(list(levels * 16), 16))
+    assert recording.info.bit_depth == 12
+    assert recording.info.random_access
+    np.testing.assert_array_equal(recording.read(1, (1, 1, 6, 5)), levels[1, 1:, 1:6])
+
+
 def test_white_may_be_zero(tmp_path: Path) -> None:
     levels = grey(7, 5)[0]
     np.testing.assert_array_equal(opened(tmp_path, tiff([levels], 8, photometric=0)).read(0), 255 - levels)

@@ -32,6 +32,8 @@ class BlockFile:
         Nothing is allocated before the request has been checked against the size of the file. Raises
         ``FrameUnreadableError`` where the file ends earlier.
         """
+        if not self.close.alive:
+            raise ValueError(f"{self.path}: read after it was closed")
         if offset < 0 or count < 0 or offset + count > self.size:
             raise FrameUnreadableError(
                 f"{self.path}: {count} bytes at {offset} lie outside the file of {self.size} bytes"

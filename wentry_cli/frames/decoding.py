@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.errors import FrameUnreadableError
-from wentry_cli.frames.image_headers import missing_end
+from wentry_cli.frames.image_headers import is_damaged
 from wentry_cli.frames.reader import Frame
 
 cv2.utils.logging.setLogLevel(0)  # a damaged file becomes one sentence, not a page of warnings
@@ -21,8 +21,8 @@ def decode_grey(data: bytes, name: str) -> Frame:
     Colour becomes luminance, which for equal channels is that channel exactly. Raises ``FrameUnreadableError`` where
     the bytes end early or cannot be decoded to 8 or 16 bit.
     """
-    if missing_end(data):
-        raise FrameUnreadableError(f"{name}: the image is cut off")
+    if is_damaged(data):
+        raise FrameUnreadableError(f"{name}: the image is cut off or damaged")
     try:
         image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED) if data else None
     except cv2.error as error:

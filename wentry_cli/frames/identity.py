@@ -14,10 +14,11 @@ SAMPLES = 8  # blocks hashed of each large file, the first and the last among th
 def recording_files(path: Path) -> list[Path]:
     """Return the files that make the recording at ``path``, in a fixed order; InputError where there is none."""
     if path.is_dir() or (not path.exists() and any(sign in path.name for sign in "*?[")):
-        from wentry_cli.frames.image_folder import image_names
+        from wentry_cli.frames.image_folder import camera_headers, image_names
 
         folder, pattern = (path, "*") if path.is_dir() else (path.parent, path.name)
-        return [folder / name for name in sorted(image_names(folder, pattern))]
+        names = [*image_names(folder, pattern), *(path.name for path in camera_headers(folder))]
+        return [folder / name for name in sorted(names)]
     if path.suffix.lower() in (".cihx", ".cih", ".mraw"):
         from wentry_cli.frames.photron import photron_files
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
+from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 
@@ -11,8 +13,10 @@ from numpy.typing import NDArray
 
 from wentry_cli.errors import FrameUnreadableError, InputError
 from wentry_cli.frames.decoding import decode_grey
+from wentry_cli.frames.depth import CONTAINER, sampled_depth
 from wentry_cli.frames.image_headers import ImageHeader, read_image_header
 from wentry_cli.frames.numbering import Numbering, number_files
+from wentry_cli.frames.photron_header import read_photron_header
 from wentry_cli.frames.reader import RATE_UNKNOWN, Frame, RecordingInfo, Region, check_index, checked_region
 
 IMAGE_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp")
@@ -22,18 +26,24 @@ RECORDING_SUFFIXES = (".cihx", ".cih", ".mraw", ".cine", ".avi", ".mp4", ".mov",
 def image_names(folder: Path, pattern: str = "*") -> list[str]:
     """Return the names of the images in ``folder`` that match ``pattern``; hidden files are not images."""
     try:
-        entries = [entry for entry in folder.iterdir() if not entry.name.startswith(".")]
+        with os.scandir(folder) as listing:
+            found = [Path(e.name) for e in listing if not e.name.startswith(".") and e.is_file()]
     except OSError as error:
         raise InputError(f"{folder}: cannot be listed ({error.strerror})") from error
     wanted = pattern.casefold()
-    names = [e.name for e in entries if e.suffix.lower() in IMAGE_SUFFIXES and fnmatchcase(e.name.casefold(), wanted)]
+    names = [e.name for e in found if e.suffix.lower() in IMAGE_SUFFIXES and fnmatchcase(e.name.casefold(), wanted)]
     if names:
         return names
-    other = sorted(e.name for e in entries if e.suffix.lower() in RECORDING_SUFFIXES)
+    other = sorted(e.name for e in found if e.suffix.lower() in RECORDING_SUFFIXES)
     if other:
         raise InputError(f"{folder}: no images here, but '{other[0]}': give that file as the source")
-    found = f"no image matches '{pattern}'" if pattern != "*" else "no image here (png, tif, jpg, bmp)"
-    raise InputError(f"{folder}: {found}; check the source")
+    missing = f"no image matches '{pattern}'" if pattern != "*" else "no image here (png, tif, jpg, bmp)"
+    raise InputError(f"{folder}: {missing}; check the source")
+
+
+def camera_headers(folder: Path) -> list[Path]:
+    """Return the Photron headers that lie in ``folder``."""
+    return sorted(entry for entry in folder.iterdir() if entry.suffix.lower() in (".cihx", ".cih"))
 
 
 def open_image_folder(folder: Path, pattern: str = "*") -> ImageFolder:
@@ -53,7 +63,8 @@ def open_image_folder(folder: Path, pattern: str = "*") -> ImageFolder:
             damage = damage or error
     if not headers:
         raise InputError(f"{folder}: not one of the images can be read: {damage}")
-    return ImageFolder(folder, numbering, _common_header(folder, headers))
+    header = _common_header(folder, headers)
+    return ImageFolder(folder, numbering, header, _camera_header(folder, header))
 
 
 def _common_header(folder: Path, headers: dict[str, ImageHeader]) -> ImageHeader:
@@ -74,30 +85,58 @@ def _common_header(folder: Path, headers: dict[str, ImageHeader]) -> ImageHeader
     return first
 
 
+@dataclass(frozen=True)
+class _Camera:
+    """What the camera's own header beside the images says, if there is one."""
+
+    fps: float | None = None
+    fps_source: str = RATE_UNKNOWN
+    exposure_s: float | None = None
+    notes: tuple[str, ...] = ()
+
+
+def _camera_header(folder: Path, image: ImageHeader) -> _Camera:
+    """Return rate and exposure from the one Photron header beside the images: its software leaves it there."""
+    found = camera_headers(folder)
+    if not found:
+        return _Camera()
+    names = ", ".join(path.name for path in found)
+    if len(found) > 1:
+        return _Camera(notes=(f"several headers ({names}) lie beside the images: none is used",))
+    try:
+        header = read_photron_header(found[0], stills=True)
+    except InputError as error:
+        return _Camera(notes=(f"not used: {error}",))
+    if (header.width, header.height) != (image.width, image.height):
+        return _Camera(notes=(f"{names} describes {header.width} x {header.height} pixels: not used",))
+    return _Camera(header.fps, header.fps_source, header.exposure_s, header.notes)
+
+
 class ImageFolder:
     """Images of one size, decoded one at a time; the last is kept, so regions of one frame decode it once."""
 
-    def __init__(self, folder: Path, numbering: Numbering, header: ImageHeader) -> None:
+    def __init__(self, folder: Path, numbering: Numbering, header: ImageHeader, camera: _Camera) -> None:
         """Take the frames of ``numbering`` in ``folder``, all of the kind of ``header``."""
-        self._folder, self._numbering = folder, numbering
+        self._folder, self._numbering, self._header = folder, numbering, header
         self._last: tuple[int, Frame] | None = None
+        self._shift, depth, notes = 0, header.bit_depth, numbering.notes + camera.notes
+        if depth == CONTAINER:
+            depth, self._shift, note = sampled_depth(self._decode, len(numbering.names))
+            notes += (note,)
         colour = ", colour, converted to grey" if header.channels > 2 else ""
-        container = (
-            ("16 bit is the depth of the files; the camera's own may be less",) if header.bit_depth == 16 else ()
-        )
         self.info = RecordingInfo(
             path=folder,
             format=f"{header.kind} images, {header.bit_depth} bit{colour}",
             frame_count=len(numbering.names),
             width=header.width,
             height=header.height,
-            bit_depth=header.bit_depth,
-            fps=None,
-            fps_source=RATE_UNKNOWN,
-            exposure_s=None,
+            bit_depth=depth,
+            fps=camera.fps,
+            fps_source=camera.fps_source,
+            exposure_s=camera.exposure_s,
             duplicates=len(numbering.duplicates),
             gaps=numbering.gaps,
-            notes=numbering.notes + container,
+            notes=notes,
         )
 
     def camera_frames(self) -> NDArray[np.int64]:
@@ -125,11 +164,14 @@ class ImageFolder:
             number = int(self._numbering.numbers[index])
             raise FrameUnreadableError(f"{self._folder}: no image with the number {number}", status="gap")
         path = self._folder / name
+        header = read_image_header(path)  # before the decoder makes room for what the file claims
+        if (header.width, header.height) != (self._header.width, self._header.height):
+            raise FrameUnreadableError(f"{path}: now has {header.width} x {header.height} pixels")
         try:
             data = path.read_bytes()
         except OSError as error:
             raise FrameUnreadableError(f"{path}: cannot be read ({error.strerror})") from error
         image = decode_grey(data, str(path))
-        if image.shape != (self.info.height, self.info.width):
+        if image.shape != (self._header.height, self._header.width):
             raise FrameUnreadableError(f"{path}: decoded to {image.shape[1]} x {image.shape[0]} pixels")
-        return image
+        return image >> self._shift if self._shift else image

@@ -5,14 +5,15 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 from pathlib import Path
+from zlib import crc32
 
-from wentry_cli.errors import FrameUnreadableError
+from wentry_cli.errors import FrameUnreadableError, InputError
 from wentry_cli.frames.blocks import BlockFile
 from wentry_cli.frames.tiff_directory import is_tiff, read_directories
 
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
-PNG_END = b"IEND\xaeB`\x82"
 LARGEST_SIDE_PX = 1 << 16
+LARGEST_EXPANSION = 2000  # bytes of levels that a byte of a file can stand for; deflate reaches 1032
 
 
 @dataclass(frozen=True)
@@ -29,15 +30,23 @@ class ImageHeader:
 
 def read_image_header(path: Path) -> ImageHeader:
     """Read the header of ``path``; ``FrameUnreadableError`` where it is cut off or of no supported kind."""
-    file = BlockFile(path)
+    try:
+        file = BlockFile(path)
+    except InputError as error:
+        raise FrameUnreadableError(str(error)) from error
     try:
         header = _header(file)
+        size = file.size
     except (struct.error, IndexError) as error:
         raise FrameUnreadableError(f"{path}: the image header is cut off") from error
     finally:
         file.close()
     if not (0 < header.width <= LARGEST_SIDE_PX and 0 < header.height <= LARGEST_SIDE_PX):
         raise FrameUnreadableError(f"{path}: claims {header.width} x {header.height} pixels; the header is damaged")
+    if header.width * header.height * header.channels * header.bit_depth // 8 > LARGEST_EXPANSION * size:
+        raise FrameUnreadableError(
+            f"{path}: claims {header.width} x {header.height} pixels, which no compression brings into {size} bytes"
+        )
     return header
 
 
@@ -92,13 +101,43 @@ def _tiff(file: BlockFile) -> ImageHeader:
     return ImageHeader("TIFF", page.width, page.height, page.bits, page.channels, len(pages))
 
 
-def missing_end(data: bytes) -> bool:
-    """Tell whether the bytes of a PNG, JPEG or BMP file stop before their end; decoders fill the rest with grey."""
+def is_damaged(data: bytes) -> bool:
+    """Tell whether a PNG, JPEG or BMP file stops before its end, or a PNG has a wrong checksum.
+
+    Decoders fill what is missing with grey, or write to the terminal.
+    """
     if data.startswith(PNG_SIGNATURE):
-        return PNG_END not in data[-64:]
+        return not _png_is_sound(data)
     if data.startswith(b"\xff\xd8"):
-        return b"\xff\xd9" not in data[-64:]
+        return data.find(b"\xff\xd9", _jpeg_scan(data)) < 0
     if data.startswith(b"BM") and len(data) >= 34:
         (claimed,) = struct.unpack_from("<I", data, 2)
         return len(data) < int(claimed)
     return False
+
+
+def _png_is_sound(data: bytes) -> bool:
+    """Walk the chunks to the last one and check what each says of its own bytes."""
+    place = len(PNG_SIGNATURE)
+    while place + 12 <= len(data):
+        (length,) = struct.unpack_from(">I", data, place)
+        end = place + 8 + length
+        if end + 4 > len(data) or crc32(memoryview(data)[place + 4 : end]) != int.from_bytes(
+            data[end : end + 4], "big"
+        ):
+            return False
+        if data[place + 4 : place + 8] == b"IEND":
+            return True
+        place = end + 4
+    return False
+
+
+def _jpeg_scan(data: bytes) -> int:
+    """Return where the first scan begins: an end mark before it belongs to a thumbnail."""
+    place = 2
+    while place + 4 <= len(data):
+        marker, length = struct.unpack_from(">HH", data, place)
+        if marker == 0xFFDA or marker >> 8 != 0xFF or length < 2:
+            return place
+        place += 2 + length
+    return len(data)

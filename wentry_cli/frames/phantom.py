@@ -7,6 +7,7 @@ before it.
 from __future__ import annotations
 
 import struct
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,29 +26,33 @@ LARGEST_ANNOTATION = 1 << 20
 def open_phantom(path: Path, frames: tuple[int, int] | None = None) -> PhantomRecording:
     """Open the cine at ``path``; ``frames`` (first, last) is the part used: a file cut off behind it is accepted.
 
-    Raises InputError where the header is damaged, the images compressed or colour, or the file was cut off.
+    The recording then ends with its last whole image. Raises InputError where the header is damaged, the images are
+    compressed or colour, or the file was cut off.
     """
     file = BlockFile(path)
     try:
-        header = read_cine_header(file)
-        return PhantomRecording(file, header, _cut_note(file, header, frames))
+        header, notes = _without_cut(file, read_cine_header(file), frames)
     except InputError:
         file.close()
         raise
+    return PhantomRecording(file, header, notes)
 
 
-def _cut_note(file: BlockFile, header: CineHeader, frames: tuple[int, int] | None) -> tuple[str, ...]:
-    """Return a note on images behind the end of the file; InputError if they are the last and among those asked for."""
-    inside = (header.offsets >= 0) & (header.offsets + 8 + header.layout.image_bytes <= file.size)
+def _without_cut(
+    file: BlockFile, header: CineHeader, frames: tuple[int, int] | None
+) -> tuple[CineHeader, tuple[str, ...]]:
+    """Return the header without the images behind the end of the file; InputError if they are among those asked for."""
+    inside = (header.offsets >= 0) & (header.offsets <= file.size - 8 - header.layout.image_bytes)
     missing = int(np.count_nonzero(~inside))
     if missing == 0:
-        return ()
+        return header, ()
     whole = header.offsets.size - missing
     if whole and not inside[:whole].all():
-        return (f"{missing} images lie outside the file",)  # damage in the midst: those frames alone are bad
+        return header, (f"{missing} images lie outside the file",)  # damage in the midst: those frames alone are bad
     said = f"{file.path}: {file.size} bytes hold {whole} of the {header.offsets.size} images that the header claims"
     if whole and frames is not None and max(frames) < whole:
-        return (f"the file is cut off after {whole} images",)
+        times = None if header.times_s is None else header.times_s[:whole]
+        return replace(header, offsets=header.offsets[:whole], times_s=times), (f"cut off after {whole} images",)
     advice = f", or set `frames: [0, {whole - 1}]` in the view to use the whole ones" if whole else ""
     raise InputError(f"{said}; the file was cut off: copy it again{advice}")
 
@@ -73,6 +78,7 @@ class PhantomRecording:
             fps_source=header.fps_source,
             exposure_s=header.exposure_s,
             notes=header.notes + notes,
+            random_access=True,
         )
 
     def camera_frames(self) -> NDArray[np.int64]:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from wentry_cli.errors import FrameUnreadableError, InputError
+from wentry_cli.errors import InputError
 from wentry_cli.frames.blocks import BlockFile
 from wentry_cli.frames.packed import unpack_12bit
 from wentry_cli.frames.photron_header import PhotronHeader, read_photron_header
@@ -21,7 +21,8 @@ from wentry_cli.frames.reader import Frame, RecordingInfo, Region, check_index, 
 def open_photron(path: Path, frames: tuple[int, int] | None = None) -> PhotronRecording:
     """Open the recording of ``path``, its header or its MRAW.
 
-    ``frames`` (first, last) is the part that will be used: an MRAW that was cut short is accepted if that is whole.
+    ``frames`` (first, last) is the part that will be used: an MRAW that was cut short is accepted if that is whole, and
+    the recording then ends with its last whole frame.
     Raises InputError where a file is missing or header and MRAW disagree.
     """
     header_path, mraw_path = photron_files(path)
@@ -72,14 +73,14 @@ class PhotronRecording:
 
     def __init__(self, header: PhotronHeader, mraw: BlockFile, whole: int) -> None:
         """Take an open file, its header, and how many frames of it are whole."""
-        self._header, self._mraw, self._whole = header, mraw, whole
+        self._header, self._mraw = header, mraw
         self.close = mraw.close
         packed = " packed" if header.stored_bits == 12 else ""
         cut = (f"{mraw.path.name} holds {whole} of the {header.frames} frames",) if whole < header.frames else ()
         self.info = RecordingInfo(
             path=header.path,
             format=f"Photron MRAW, {header.stored_bits} bit{packed}",
-            frame_count=header.frames,
+            frame_count=whole,
             width=header.width,
             height=header.height,
             bit_depth=header.bit_depth,
@@ -87,11 +88,12 @@ class PhotronRecording:
             fps_source=header.fps_source,
             exposure_s=header.exposure_s,
             notes=header.notes + cut,
+            random_access=True,
         )
 
     def camera_frames(self) -> NDArray[np.int64]:
         """Return the camera's frame numbers: the start frame and every ``step``-th after it."""
-        return self._header.start + self._header.step * np.arange(self._header.frames, dtype=np.int64)
+        return self._header.start + self._header.step * np.arange(self.info.frame_count, dtype=np.int64)
 
     def times_s(self) -> None:
         """Return None: the format has no stamps."""
@@ -99,8 +101,6 @@ class PhotronRecording:
     def read(self, index: int, region: Region | None = None) -> Frame:
         """Return grey levels of frame ``index``; a region costs the bytes of its rows."""
         check_index(index, self.info)
-        if index >= self._whole:
-            raise FrameUnreadableError(f"{self._mraw.path}: frame {index} is cut off")
         x0, y0, x1, y1 = checked_region(region, self.info)
         width = self._header.width
         first = (index * self._header.height + y0) * width

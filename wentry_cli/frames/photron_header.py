@@ -29,6 +29,7 @@ KEYS = {
     "depth": ("EffectiveBit Depth", "imageDataInfo/effectiveBit/depth"),
     "side": ("EffectiveBit Side", "imageDataInfo/effectiveBit/side"),
     "format": ("File Format", "imageFileInfo/fileFormat"),
+    "colour": ("Color Type", "imageDataInfo/colorInfo/type"),
     "rate": ("Record Rate(fps)", "recordInfo/recordRate"),
     "shutter": ("Shutter Speed(s)", "recordInfo/shutterSpeed"),
     "shutter_ns": ("Shutter Type2(nsec)", "recordInfo/shutterSpeedNsec"),
@@ -59,8 +60,11 @@ class PhotronHeader:
         return self.width * self.height * self.stored_bits
 
 
-def read_photron_header(path: Path) -> PhotronHeader:
-    """Read ``path``, a ``.cihx`` or ``.cih``; InputError where it is unreadable, damaged or not of an MRAW."""
+def read_photron_header(path: Path, *, stills: bool = False) -> PhotronHeader:
+    """Read ``path``, a ``.cihx`` or ``.cih``; InputError where it is unreadable, damaged or not of an MRAW.
+
+    With ``stills`` it may describe image files instead, beside which the camera's software leaves the same header.
+    """
     try:
         with path.open("rb") as file:
             raw = file.read(LARGEST_HEADER_BYTES + 1)
@@ -71,7 +75,10 @@ def read_photron_header(path: Path) -> PhotronHeader:
     xml = path.suffix.lower() == ".cihx"
     values = _xml_values(raw, path) if xml else _text_values(raw)
     found = {name: values[keys[xml]] for name, keys in KEYS.items() if values.get(keys[xml])}
-    return _header(_Fields(path, xml, found))
+    fields = _Fields(path, xml, found)
+    if not stills:
+        _check_mraw(fields)
+    return _header(fields)
 
 
 class _Fields:
@@ -109,17 +116,23 @@ class _Fields:
         return value if 0 < value < 1e12 else None
 
 
-def _header(fields: _Fields) -> PhotronHeader:
+def _check_mraw(fields: _Fields) -> None:
+    """Raise InputError unless the header describes an MRAW that can be read."""
     bits = fields.whole("bits", 1, 64)
     file_format = fields.word("format", "mraw")
     if file_format != "mraw":
         raise InputError(
             f"{fields.path}: describes '{file_format}' files, not an MRAW; give the folder or file of images instead"
         )
-    if bits in (24, 36, 48):
+    colour = fields.word("colour")
+    if bits in (24, 36, 48) or colour in ("color", "colour") or "bayer" in colour:
         raise InputError(f"{fields.path}: a colour MRAW ({bits} bit) is not supported; save it as monochrome")
     if bits not in (8, 12, 16):
         raise InputError(f"{fields.path}: an MRAW of {bits} bit is not supported; save it with 8, 12 or 16 bit")
+
+
+def _header(fields: _Fields) -> PhotronHeader:
+    bits = fields.whole("bits", 1, 64)
     depth = min(fields.whole("depth", 1, 64, default=bits), bits)
     side = fields.word("side", "lower")
     if side not in ("lower", "higher"):

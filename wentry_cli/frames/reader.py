@@ -31,8 +31,8 @@ class RecordingInfo:
 
     ``bit_depth`` counts the significant bits of a grey level (8, 10, 12, 14, 16; of the container where the file does
     not say); ``fps`` is in frames per second of the camera where ``rate_trusted``; ``duplicates`` counts files that
-    claim a frame number already taken, ``gaps`` the frame numbers that are missing; ``notes`` are sentences a user
-    should see.
+    claim a frame number already taken, ``gaps`` the frame numbers that are missing; ``notes`` are what a user
+    should see; ``random_access`` tells that a region costs the bytes of its rows, not the decoding of its frame.
     """
 
     path: Path
@@ -47,6 +47,7 @@ class RecordingInfo:
     duplicates: int = 0
     gaps: int = 0
     notes: tuple[str, ...] = ()
+    random_access: bool = False
 
     @property
     def rate_trusted(self) -> bool:

@@ -20,6 +20,7 @@ from wentry_cli.frames.tiff_directory import (
 
 TILE_BYTES = 325
 LONG = 4
+LARGEST_EXPANSION = 2000  # bytes of levels that a byte of a file can stand for
 LEFT_OUT = {254, 255, 270, 305, 306, 330}  # thumbnails, texts and sub-directories play no part in decoding
 LAST_TAG = 532  # private tags above it neither
 
@@ -30,6 +31,8 @@ def page_as_file(file: BlockFile, page: TiffPage) -> bytes:
     places, sizes = page_numbers(file, page, place_tag), page_numbers(file, page, size_tag)
     if not places or len(places) != len(sizes) or sum(sizes) > file.size:
         raise FrameUnreadableError(f"{file.path}: a page without a table of its data; the file is damaged")
+    if page.width * page.height * page.channels * page.bits // 8 > LARGEST_EXPANSION * sum(sizes):
+        raise FrameUnreadableError(f"{file.path}: a page claims more pixels than its data can hold")
     values = _values(file, page)
     tags = sorted(tag for tag in values if tag <= LAST_TAG and tag not in LEFT_OUT)
     after = 8 + 2 + 12 * len(tags) + 4

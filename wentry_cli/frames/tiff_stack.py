@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from wentry_cli.errors import FrameUnreadableError, InputError
 from wentry_cli.frames.blocks import BlockFile
 from wentry_cli.frames.decoding import decode_grey
+from wentry_cli.frames.depth import CONTAINER, sampled_depth
 from wentry_cli.frames.reader import RATE_UNKNOWN, Frame, RecordingInfo, Region, check_index, checked_region
 from wentry_cli.frames.tiff_directory import (
     DESCRIPTION,
@@ -95,6 +96,10 @@ class TiffStack:
         first = walk.first
         self._word = np.dtype(np.uint8 if first.bits == 8 else first.order + "u2")
         self._last: tuple[int, Frame] | None = None
+        self._shift, depth, notes = 0, first.bits, walk.notes
+        if depth == CONTAINER:
+            depth, self._shift, note = sampled_depth(self._whole, int(walk.begins.size))
+            notes += (note,)
         colour = ", colour, converted to grey" if first.channels > 1 else ""
         self.info = RecordingInfo(
             path=file.path,
@@ -102,11 +107,12 @@ class TiffStack:
             frame_count=int(walk.begins.size),
             width=first.width,
             height=first.height,
-            bit_depth=first.bits,
+            bit_depth=depth,
             fps=None,
             fps_source=RATE_UNKNOWN,
             exposure_s=None,
-            notes=walk.notes,
+            notes=notes,
+            random_access=bool((walk.begins >= 0).all()),
         )
 
     def camera_frames(self) -> NDArray[np.int64]:
@@ -119,22 +125,30 @@ class TiffStack:
     def read(self, index: int, region: Region | None = None) -> Frame:
         """Return page ``index``; a region of a plain page costs the bytes of its rows."""
         check_index(index, self.info)
-        x0, y0, x1, y1 = checked_region(region, self.info)
+        levels = self._region(index, checked_region(region, self.info))
+        return levels >> self._shift if self._shift else levels
+
+    def _whole(self, index: int) -> Frame:
+        return self._region(index, (0, 0, self._walk.first.width, self._walk.first.height))
+
+    def _region(self, index: int, region: Region) -> Frame:
+        x0, y0, x1, y1 = region
+        first = self._walk.first
         if self._walk.begins[index] < 0:
             if self._last is None or self._last[0] != index:
                 self._last = (index, self._decode(index))
             return self._last[1][y0:y1, x0:x1].copy()
-        pitch = self.info.width * self._word.itemsize
+        pitch = first.width * self._word.itemsize
         rows = self._file.read(int(self._walk.begins[index]) + y0 * pitch, (y1 - y0) * pitch)
         levels = rows.view(self._word).reshape(y1 - y0, -1)[:, x0:x1]
         native = levels.astype(np.uint8 if self._word.itemsize == 1 else np.uint16)
-        return np.invert(native) if self._walk.first.photometric == WHITE_IS_ZERO else native
+        return np.invert(native) if first.photometric == WHITE_IS_ZERO else native
 
     def _decode(self, index: int) -> Frame:
         first = self._walk.first
         page, _ = read_directory(self._file, int(self._walk.directories[index]), first.order, first.big)
         image = decode_grey(page_as_file(self._file, page), f"{self._file.path}, page {index}")
-        if image.shape != (self.info.height, self.info.width):
+        if image.shape != (first.height, first.width):
             raise FrameUnreadableError(f"{self._file.path}: page {index} decoded to another size")
         return image
 
