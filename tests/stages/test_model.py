@@ -36,7 +36,7 @@ def write_inputs(folder, *, noise=0.0, last=240, shallow=1.0):
     stretch = np.where(t < PEAK_TIME, rise, np.where(ring < 1.0, 1.0 - shallow * (1.0 - ring), ring))
     fall = np.where(t < 0.0, -3.0 * t - 4.905 * t**2, -3.0 * t + 20.0 * t**2)
     centre = 0.0255 + fall
-    bottom = centre - 0.0255 / stretch**2
+    bottom = centre - 0.0255 / stretch**2 + 2e-5 * rng.standard_normal(last)
     measured = stretch + noise * rng.standard_normal(last)
     unc = np.full(last, max(noise, 1e-4))
     frames = np.arange(last)
@@ -50,9 +50,11 @@ def write_inputs(folder, *, noise=0.0, last=240, shallow=1.0):
     if t[-1] > PEAK_TIME + period:
         row |= {"peak_to_peak_s": [period], "peak_to_peak_s_unc": [0.005 * period]}
     write_table(folder, "periods", new_table("periods", row | {"status": ["ok"]}))
-    filled = dict.fromkeys(("x_c_m", "v_b_m_s", "v_b_m_s_unc"), np.zeros(last))
     columns = {"frame": frames, "t_s": t, "y_b_m": bottom, "y_b_m_unc": np.full(last, 2e-5), "status": ["ok"] * last}
-    write_table(folder, "kinematics", new_table("kinematics", columns | filled))
+    write_table(folder, "side", new_table("side", columns))
+    write_table(folder, "kinematics", new_table("kinematics", columns | {"x_c_m": np.zeros(last)}))
+    scales = {"scale_px_per_m": [4000.0], "scale_water_px_per_m": [4000.0]}
+    write_table(folder, "geometry", new_table("geometry", {"view": ["side"]} | scales))
     return t, stretch, centre
 
 

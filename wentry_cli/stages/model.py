@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from wentry_cli.config import campaign
 from wentry_cli.errors import ConfigurationError
-from wentry_cli.kinematics.centre import centre_height, early_shape_time
-from wentry_cli.kinematics.smoother import smooth_track
-from wentry_cli.kinematics.state_pass import Ballistic
+from wentry_cli.kinematics.centre import early_shape_time
 from wentry_cli.mechanics.bergstrom_boyce import Material
 from wentry_cli.mechanics.solver import solve_oscillation
 from wentry_cli.mechanics.time_scaling import Measured, TimeScaling, fit_time_scale
+from wentry_cli.stages.drop_tables import column
+from wentry_cli.stages.kinematics import entry_motion, motion_columns
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 
 if TYPE_CHECKING:
@@ -30,7 +30,6 @@ FloatArray = NDArray[np.float64]
 ROWS_PER_PERIOD = 200
 LEAST_PERIODS = 5.0
 MOST_ROWS = 20_000
-COPIED = ("frame", "t_s", "x_c_m", "y_b_m", "y_b_m_unc", "v_b_m_s", "v_b_m_s_unc")
 
 
 def run(folder: Path, drop: campaign.Drop) -> None:
@@ -48,8 +47,7 @@ def run(folder: Path, drop: campaign.Drop) -> None:
     write_table(folder, "model_fit", _fit_table(fit, first, material, stretch))
     write_table(folder, "model", _model_table(fit, first, material, stretch))
     if drop.experiment.kind == "water_entry" and has_table(folder, "kinematics"):
-        kinematics = read_table(folder, "kinematics")
-        write_table(folder, "kinematics_model", _kinematics_table(drop, (fit, first), kinematics, stretch))
+        write_table(folder, "kinematics_model", _kinematics_table(folder, drop, (fit, first), stretch))
 
 
 def sphere_material(drop: campaign.Drop) -> Material:
@@ -105,7 +103,7 @@ def _fit(material: Material, stretch: pd.DataFrame, periods: pd.DataFrame) -> Ti
     if not first.found:
         nan = math.nan
         return TimeScaling(nan, nan, nan, nan, nan, nan, nan, 0, "too_few")
-    times = stretch["t_s"].to_numpy() - first.time_s
+    times = column(stretch, "t_s") - first.time_s
     after = times >= 0.0
     if not after.any():
         times, after = np.array([0.0]), np.array([True])
@@ -113,8 +111,8 @@ def _fit(material: Material, stretch: pd.DataFrame, periods: pd.DataFrame) -> Ti
         material,
         first.stretch,
         times[after],
-        stretch["stretch"].to_numpy()[after],
-        np.nan_to_num(stretch["stretch_unc"].to_numpy()[after], nan=1.0),
+        column(stretch, "stretch")[after],
+        np.nan_to_num(column(stretch, "stretch_unc")[after], nan=1.0),
         period=first.period,
     )
 
@@ -148,7 +146,7 @@ def _scaled_stretch(fit: TimeScaling, first: _FirstPeak, material: Material, tim
 
 def _misfit(fit: TimeScaling, first: _FirstPeak, material: Material, stretch: pd.DataFrame) -> float:
     """Rms of measured minus time-scaled model λ over all frames after the first peak, valleys included."""
-    residual = stretch["stretch"].to_numpy() - _scaled_stretch(fit, first, material, stretch["t_s"].to_numpy())
+    residual = column(stretch, "stretch") - _scaled_stretch(fit, first, material, column(stretch, "t_s"))
     seen = np.isfinite(residual)
     return float(np.sqrt(np.mean(residual[seen] ** 2))) if seen.any() else math.nan
 
@@ -174,59 +172,40 @@ def _model_table(fit: TimeScaling, first: _FirstPeak, material: Material, stretc
 
 
 def _kinematics_table(
-    drop: campaign.Drop, model: tuple[TimeScaling, _FirstPeak], kinematics: pd.DataFrame, stretch: pd.DataFrame
+    folder: Path, drop: campaign.Drop, model: tuple[TimeScaling, _FirstPeak], stretch: pd.DataFrame
 ) -> pd.DataFrame:
     """The motion with λ of the model after the first peak, measured λ before it."""
     fit, first = model
-    material = sphere_material(drop)
-    times = kinematics["t_s"].to_numpy()
+    material, kinematics = sphere_material(drop), read_table(folder, "kinematics")
+    times = column(kinematics, "t_s")
     measured = stretch.set_index("frame").reindex(kinematics["frame"])
-    seen = measured["stretch"].to_numpy(dtype=float)
-    scaled = _scaled_stretch(fit, first, material, times)
-    misfit = _misfit(fit, first, material, stretch)
+    seen = column(measured, "stretch")
     after = times >= (first.time_s if first.found else 0.0)
-    before_impact = (times < 0.0) & ~np.isfinite(seen)
-    used = np.where(after, scaled, np.where(before_impact, 1.0, seen))
-    used_unc = np.where(after, misfit, np.where(before_impact, 0.0, measured["stretch_unc"].to_numpy(dtype=float)))
+    used = np.where(after, _scaled_stretch(fit, first, material, times), seen)
+    used_unc = np.where(after, _misfit(fit, first, material, stretch), column(measured, "stretch_unc"))
     by_model = np.where(np.isfinite(seen), "model", "bridge") if first.found else np.full(times.shape, "")
     source = np.where(after, by_model, "measured")
-    radius = material.radius_m
-    bottom, bottom_unc = kinematics["y_b_m"].to_numpy(), kinematics["y_b_m_unc"].to_numpy()
-    height, height_unc = centre_height(bottom, bottom_unc, used, used_unc, radius)
-    track = smooth_track(
-        times,
-        height,
-        np.where(height_unc > 0.0, height_unc, np.nan),
-        events_s=(0.0,),
-        mode=drop.experiment.analysis.smoother,
-        ballistic=Ballistic(-drop.experiment.gravity_m_s2, 0.0),
-    )
-    gap = ~np.isfinite(height)
-    columns: dict[str, Any] = {name: kinematics[name] for name in COPIED} | {
-        "y_c_m": height,
-        "y_c_m_unc": height_unc,
-        "v_c_m_s": np.where(gap, np.nan, track.frames.velocity),
-        "v_c_m_s_unc": np.where(gap, np.nan, track.frames.velocity_unc),
-        "a_c_m_s2": np.where(gap, np.nan, track.frames.acceleration),
-        "a_c_m_s2_unc": np.where(gap, np.nan, track.frames.acceleration_unc),
-        "stretch_source": [word or None for word in source],
-    }
-    early = early_shape_time(radius, material.g_inf_pa, material.density_kg_m3)
-    columns["status"] = _statuses(kinematics, columns, early, fit.status if not first.found else "not_identified")
+    motion = entry_motion(folder, drop, (used, used_unc))
+    columns: dict[str, Any] = {name: kinematics[name] for name in ("frame", "t_s", "x_c_m")}
+    columns |= motion_columns(motion) | {"stretch_source": [word or None for word in source]}
+    early = early_shape_time(material.radius_m, material.g_inf_pa, material.density_kg_m3)
+    lacking = "not_identified" if first.found else fit.status
+    columns["status"] = _statuses(kinematics["status"], columns, (early, lacking))
     return new_table("kinematics_model", columns)
 
 
-def _statuses(kinematics: pd.DataFrame, columns: dict[str, Any], early_s: float, unscaled: str) -> list[str]:
-    """A word per frame: that of kinematics.csv where y_b is missing, else what the route by the model lacks."""
-    filled = np.all([np.isfinite(np.asarray(columns[name], dtype=float)) for name in COPIED[1:]], axis=0)
-    computed = np.isfinite(columns["y_c_m"]) & np.isfinite(columns["v_c_m_s"])
-    times = kinematics["t_s"].to_numpy()
+def _statuses(given: pd.Series[str], columns: dict[str, Any], model: tuple[float, str]) -> list[str]:
+    """A word per frame: that of kinematics.csv where the track lacks something, else what the model's route lacks."""
+    early_s, lacking = model
+    tracked = np.isfinite(columns["x_c_m"].to_numpy()) & np.isfinite(columns["v_b_m_s"])
+    computed = np.isfinite(columns["v_c_m_s"]) & np.isfinite(columns["y_c_m_unc"])
+    times = columns["t_s"].to_numpy()
     words = []
-    for i, given in enumerate(kinematics["status"].fillna("no_edge")):
-        if not filled[i]:
-            words.append(given if given not in ("ok", "early_shape") else "no_edge")
+    for i, word in enumerate(given.fillna("no_edge")):
+        if not tracked[i]:
+            words.append(word if word not in ("ok", "early_shape") else "no_edge")
         elif not computed[i]:
-            words.append("no_edge" if columns["stretch_source"][i] == "measured" else unscaled)
+            words.append("no_edge" if columns["stretch_source"][i] == "measured" else lacking)
         else:
             words.append("early_shape" if 0.0 <= times[i] < early_s else "ok")
     return words
