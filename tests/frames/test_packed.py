@@ -23,14 +23,17 @@ def test_any_rectangle_of_12_bit_rows(width: int, height: int, seed: int, data: 
     np.testing.assert_array_equal(out, levels[y0:y1, x0:x1])
 
 
-@settings(max_examples=40, deadline=None)
-@given(width=st.integers(1, 13), height=st.integers(1, 6), seed=st.integers(0, 99))
-def test_10_bit_rows_through_a_table(width: int, height: int, seed: int) -> None:
+@settings(max_examples=60, deadline=None)
+@given(width=st.integers(1, 13), height=st.integers(1, 6), seed=st.integers(0, 99), data=st.data())
+def test_any_rectangle_of_10_bit_rows_through_a_table(width: int, height: int, seed: int, data: st.DataObject) -> None:
     codes = np.random.default_rng(seed).integers(0, 1024, (height, width))
     table = np.arange(1024, dtype=np.uint16)[::-1].copy()
-    out = np.empty((height, width), np.uint16)
-    unpack_10bit(np.frombuffer(pack_bits(codes, 10), np.uint8).copy(), 0, width, table, out)
-    np.testing.assert_array_equal(out, 1023 - codes)
+    x0, y0 = data.draw(st.integers(0, width - 1)), data.draw(st.integers(0, height - 1))
+    x1, y1 = data.draw(st.integers(x0 + 1, width)), data.draw(st.integers(y0 + 1, height))
+    out = np.empty((y1 - y0, x1 - x0), np.uint16)
+    packed = np.frombuffer(pack_bits(codes, 10), np.uint8).copy()
+    unpack_10bit(packed, y0 * width + x0, width, table, out)
+    np.testing.assert_array_equal(out, 1023 - codes[y0:y1, x0:x1])
 
 
 def test_the_most_significant_bits_come_first() -> None:

@@ -40,6 +40,13 @@ def unpack_12bit(packed: NDArray[np.uint8], start: int, stride: int, out: NDArra
 
 
 @compiled
+def _code_10bit(packed: NDArray[np.uint8], pixel: int) -> int:
+    byte = (pixel // 4) * 5 + pixel % 4  # the code spans this byte and the next
+    pair = (np.uint16(packed[byte]) << 8) | np.uint16(packed[byte + 1])
+    return int((pair >> (6 - 2 * (pixel % 4))) & 1023)
+
+
+@compiled
 def unpack_10bit(
     packed: NDArray[np.uint8], start: int, stride: int, levels: NDArray[np.uint16], out: NDArray[np.uint16]
 ) -> None:
@@ -49,8 +56,20 @@ def unpack_10bit(
     """
     rows, columns = out.shape
     for row in range(rows):
-        for column in range(columns):
-            bit = (start + row * stride + column) * 10
-            byte = bit // 8
-            pair = (np.uint16(packed[byte]) << 8) | np.uint16(packed[byte + 1])
-            out[row, column] = levels[(pair >> (6 - bit % 8)) & 1023]
+        pixel = start + row * stride
+        lead = min((4 - pixel % 4) % 4, columns)
+        groups = (columns - lead) // 4
+        for column in range(lead):
+            out[row, column] = levels[_code_10bit(packed, pixel + column)]
+        byte = ((pixel + lead) // 4) * 5
+        source = packed[byte : byte + 5 * groups]
+        target = out[row, lead : lead + 4 * groups]
+        for group in range(groups):
+            second, third = np.uint16(source[5 * group + 1]), np.uint16(source[5 * group + 2])
+            fourth = np.uint16(source[5 * group + 3])
+            target[4 * group] = levels[(np.uint16(source[5 * group]) << 2) | (second >> 6)]
+            target[4 * group + 1] = levels[((second & 63) << 4) | (third >> 4)]
+            target[4 * group + 2] = levels[((third & 15) << 6) | (fourth >> 2)]
+            target[4 * group + 3] = levels[((fourth & 3) << 8) | np.uint16(source[5 * group + 4])]
+        for column in range(lead + 4 * groups, columns):
+            out[row, column] = levels[_code_10bit(packed, pixel + column)]
