@@ -20,7 +20,8 @@ RAYS = 96
 SCAN_VARIANCE = 1.25
 LEAST_ARC = 0.12
 LEAST_ARC_FREE_SIZE = 0.2
-MOST_GATED = 0.6
+MOST_GATED = 0.75
+MOST_GATED_ONE_SIDED = 0.6
 MOST_RESIDUAL_PX = 1.0
 
 
@@ -105,7 +106,7 @@ def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> Silhoue
     shape = EllipseShape(vector[0] + patch.x0, vector[1] + patch.y0, vector[2], vector[3], math.degrees(vector[4]))
     covariance = np.zeros((5, 5))
     covariance[np.ix_(free, free)] = scanned
-    return assemble_fit(shape, covariance, quality, fit_status(covariance, quality))
+    return assemble_fit(shape, covariance, quality, fit_status(covariance, quality, request))
 
 
 def scan_status(report: NDArray[np.float64], request: FitRequest) -> str:
@@ -120,10 +121,10 @@ def scan_status(report: NDArray[np.float64], request: FitRequest) -> str:
     return ""
 
 
-def fit_status(covariance: NDArray[np.float64], quality: dict[str, float]) -> str:
+def fit_status(covariance: NDArray[np.float64], quality: dict[str, float], request: FitRequest) -> str:
     """``ok`` only where the outline agrees with itself."""
     if not np.all(np.isfinite(covariance)) or quality["residual"] > MOST_RESIDUAL_PX:
         return "poor_fit"
-    if quality["gated"] > MOST_GATED:
+    if quality["gated"] > (MOST_GATED_ONE_SIDED if request.one_sided else MOST_GATED):
         return "occluded"
     return "ok"

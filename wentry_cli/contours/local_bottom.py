@@ -137,7 +137,7 @@ def refine_bottom(
     if math.isnan(belief.nuisance[LEVEL_IN]):
         return nan, nan, nan, nan, OUT_OF_FRAME
     belief.precision[3:] = 1.0 / (PRIOR_SHAPE * shape[2]) ** 2
-    moved, factor, sums, verdict = solve_band(cap, belief, np.arange(5))
+    moved, factor, sums, verdict = solve_band(cap, belief, np.arange(5), 1)
     if factor.size == 0:
         return nan, nan, nan, nan, POOR
     kept = np.sum(verdict[:, WEIGHT]) / max(1, int(np.sum(sums[:, COUNT] >= LEAST_PIXELS)))

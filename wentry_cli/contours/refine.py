@@ -40,7 +40,7 @@ from wentry_cli.contours.sectors import (
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-SECTOR_PX = 6.0
+SECTOR_PX = 4.0
 SECTOR_ANGLE = math.radians(12.0)
 HALF_PX = 4.5
 SETTLED_PX = 0.004
@@ -157,8 +157,10 @@ def first_belief(band: Band) -> Belief:
 
 
 @compiled
-def solve_band(band: Band, belief: Belief, free: Ints) -> tuple[Floats, Floats, Floats, Floats]:
+def solve_band(band: Band, belief: Belief, free: Ints, patience: int) -> tuple[Floats, Floats, Floats, Floats]:
     """Gauss-Newton steps of the free parameters over one band of pixels; ``belief`` is changed in place.
+
+    For the first ``patience`` turns no sector is left out for standing out from the others.
 
     Returns the total step (5), the Cholesky factor of the last normal matrix (empty where it was singular), the sums
     and the verdict of the sectors.
@@ -177,14 +179,14 @@ def solve_band(band: Band, belief: Belief, free: Ints) -> tuple[Floats, Floats, 
         if fresh:
             weigh_noise(sums, verdict, belief.noise)
         level_spread(sums, belief.spread)
-        judge(sums, belief.spread, band.settings[4] > 0.0, verdict)
+        judge(sums, belief.spread, band.scene[2], band.settings[4] > 0.0, turn < patience, verdict)
         normal, right = assemble(sums, verdict, band.rows, free, band.scene, belief.spread)
         add_priors(normal, right, free, moved, belief)
         good, change = update(normal, right, free, band.rows, moved, belief.nuisance)
         if not good:
             return moved, np.zeros((0, 0)), sums, verdict
         noise_levels(sums, verdict, belief.noise)
-        if (turn > 0 and change < SETTLED_PX) or change > 2.0:
+        if (turn > patience and change < SETTLED_PX) or change > 2.0:
             break
     return moved, normal, sums, verdict
 
@@ -215,7 +217,7 @@ def refine_shape(values: NDArray[np.float32], shape: Floats, free: Ints, setting
     belief = first_belief(band)
     if math.isnan(belief.nuisance[LEVEL_IN]):
         return nothing, report
-    moved, factor, sums, verdict = solve_band(band, belief, free)
+    moved, factor, sums, verdict = solve_band(band, belief, free, 0)
     for _ in range(COLLECTIONS):
         report[ARC], report[GATED] = arc_shares(band.rows, sums, verdict)
         if factor.size == 0:
@@ -228,7 +230,7 @@ def refine_shape(values: NDArray[np.float32], shape: Floats, free: Ints, setting
         if far < RECOLLECT_PX:
             break
         band = gather_band(values, shape, settings)
-        moved, factor, sums, verdict = solve_band(band, belief, free)
+        moved, factor, sums, verdict = solve_band(band, belief, free, 0)
     report[RESIDUAL], chi2 = residual_statistics(sums, verdict, free.size)
     if math.isnan(chi2):
         return nothing, report

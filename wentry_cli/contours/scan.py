@@ -27,13 +27,15 @@ from wentry_cli.imaging.edges import CANDIDATES, edge_candidates
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-HYPOTHESES = 120
+HYPOTHESES = 300
 TUKEY = 4.685
 LINE_VARIANCE = 2.0 / 3.0
 LEAST_SCALE_PX = 0.008
 # Neighbouring rays of the fine scan, three lines wide, see the same pixels where they are closer than this.
 RAY_WIDTH_PX = 3.5
-LIMITS_PX = (2.0, 1.0, 0.8)
+# Rays farther off than this count as outliers, by scan; the last never less than what a real sphere departs.
+LIMITS_PX = (1.2, 0.7, 0.6)
+DEPARTURE = 0.006
 
 
 @compiled
@@ -127,8 +129,11 @@ def consensus(at: Floats, height: Floats, rays: Floats, free: Ints, settings: Fl
     step = np.zeros(5)
     picks = np.zeros(2 * free.size, dtype=np.int64)
     state = np.uint32(12345)
-    for _ in range(HYPOTHESES):
+    for trial in range(HYPOTHESES):
+        share = max(0.1, inliers / rays.shape[0])
         if inliers > 0.85 * rays.shape[0] and best_score < 0.25 * inliers:
+            break
+        if trial > 25.0 / share**free.size:
             break
         for number in range(free.size):
             state = np.uint32(state * np.uint32(1664525) + np.uint32(1013904223))
@@ -252,7 +257,7 @@ def scan_shape(
         strongest = np.sort(height[:, 0])[int(0.75 * height.shape[0])]
         used_noise = max(noise, 0.0) if noise > 0.0 else sample_noise
         settings[0] = max(0.3 * strongest, 0.02, 2.0 * used_noise if not fine else 1.0 * used_noise)
-        settings[1] = LIMITS_PX[turn]
+        settings[1] = max(LIMITS_PX[turn], DEPARTURE * shape[2])
         settings[2] = 0.6 * settings[1] if search[1] > 0.0 else settings[1]
         if np.sum(height[:, 0] >= settings[0]) < max(size + 3, 0.15 * height.shape[0]):
             report[0] = 1.0

@@ -42,7 +42,9 @@ MOVED, VARIANCE, QUALITY, WEIGHT, VERDICT = 0, 1, 2, 3, 4
 # Order of the nuisance parameters behind the free ones: levels, slope of the ground over a radius, ln s.
 LEVEL_IN, LEVEL_OUT, SLOPE_X, SLOPE_Y, LN_S, NUISANCES = 0, 1, 2, 3, 4, 5
 
+# What a real sphere may depart from the model before a sector is left out, the greater of the two.
 TOLERANCE_PX = 0.15
+TOLERANCE_OF_R = 0.0025
 HARD_GATE = 3.0
 LEAST_PIXELS = 12.0
 # Displacements over (uncertainty x scale) and reduced chi squares over the usual one between which weight is lost.
@@ -146,11 +148,11 @@ def shun_neighbours(verdict: Floats) -> None:
 
 
 @compiled
-def judge(sums: Floats, spread: Floats, one_sided: bool, verdict: Floats) -> float:
+def judge(sums: Floats, spread: Floats, radius: float, one_sided: bool, patient: bool, verdict: Floats) -> float:
     """Fill ``verdict`` and return the robust scale of the sectors' displacements over their own uncertainties.
 
-    A sector is left out where z^2 = d^2 / (variance + TOLERANCE_PX^2) exceeds the gate, and loses weight where it
-    stands out from the others or its own pixels do not look like an edge.
+    A sector is left out where z^2 = d^2 / (variance + tolerance^2) exceeds the gate, and loses weight where its own
+    pixels do not look like an edge or, unless ``patient``, where it stands out from those that do.
     """
     number = 0
     ratios, qualities = np.empty(sums.shape[0]), np.empty(sums.shape[0])
@@ -172,15 +174,21 @@ def judge(sums: Floats, spread: Floats, one_sided: bool, verdict: Floats) -> flo
         number += 1
     if number == 0:
         return math.nan
-    scale = max(1.0, quantile_of(ratios, number, 0.35) / 0.454)
-    usual = quantile_of(qualities, number, 0.4)
+    usual = quantile_of(qualities, number, 0.25) / 0.85
+    clean = 0
+    for index in range(number):
+        if qualities[index] < QUALITY_START * usual:
+            ratios[clean] = ratios[index]
+            clean += 1
+    scale = max(1.0, 1.4826 * median_of(ratios, clean))
+    tolerance = max(TOLERANCE_PX, TOLERANCE_OF_R * radius)
     for k in range(sums.shape[0]):
         moved = verdict[k, MOVED]
         if math.isnan(moved):
             continue
-        z = abs(moved) / math.sqrt(verdict[k, VARIANCE] + TOLERANCE_PX**2)
+        z = abs(moved) / math.sqrt(verdict[k, VARIANCE] + tolerance * tolerance)
         gate = HARD_GATE if not one_sided else (0.67 * HARD_GATE if moved > 0.0 else 1.33 * HARD_GATE)
-        stands_out = abs(moved) / math.sqrt(verdict[k, VARIANCE]) / scale
+        stands_out = 0.0 if patient else abs(moved) / math.sqrt(verdict[k, VARIANCE]) / scale
         excess = verdict[k, QUALITY] / max(usual, 1e-12)
         if z > gate or stands_out > SOFT_END or excess > QUALITY_END:
             continue
