@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,7 +40,7 @@ def find_cavity_starts(t_s: Floats, stretch: Floats, stretch_unc: Floats, separa
     swing = max(SMALLEST_SWING, 8.0 * unc)
     peaks = find_peaks(values, prominence=swing)[0]
     starts = []
-    for first, second in zip(peaks[:-1], peaks[1:], strict=True):
+    for first, second in pairwise(peaks):
         valley = first + int(np.argmin(values[first:second]))
         starts.append(_start_between(time[valley : second + 1], values[valley : second + 1], unc))
     return [_with_height(start, t_s, separation_y_m) for start in starts]
@@ -72,7 +73,7 @@ def _with_height(start: CavityStart, t_s: Floats, separation_y_m: Floats) -> Cav
 
 
 def wall_numbers(y_m: Floats, t_s: float, starts: list[CavityStart]) -> NDArray[np.int64]:
-    """Return which wall each height belongs to at ``t_s``: 1 the outer, k + 1 below the start of the k-th nested cavity."""
+    """Return which wall each height belongs to at ``t_s``: 1 the outer, k + 1 below where nested cavity k starts."""
     number = np.ones(y_m.size, dtype=np.int64)
     for order, start in enumerate(starts):
         if np.isfinite(start.y_m) and t_s > start.t_s:

@@ -1,0 +1,79 @@
+"""When the splash closes over the sphere: an event of the top view, not a seal."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+LEAST_CONTRAST = 0.12  # between the sphere and the splash in front of it, as a share of the brighter
+OPEN, CLOSED = 0.85, 0.2  # radius of the opening over that of the disc
+FITTED = (0.12, 0.75)
+
+
+@dataclass(frozen=True)
+class DomeOver:
+    """When the opening of the crown has closed, s; NaN unless ``status`` is ``ok``.
+
+    ``clip_ended``: it was open to the end; ``no_edge``: splash and sphere look alike, or the sphere was not seen.
+    """
+
+    t_s: float
+    t_unc_s: float
+    status: str
+
+
+def disc_level(values: NDArray[np.generic], x_px: float, y_px: float, radius_px: float) -> float:
+    """Mean grey level of the disc about (``x_px``, ``y_px``) in the pixels of ``values`` (rows, columns)."""
+    y, x = np.ogrid[: values.shape[0], : values.shape[1]]
+    inside = (x - x_px) ** 2 + (y - y_px) ** 2 <= radius_px**2
+    return float(values[inside].mean()) if inside.any() else float("nan")
+
+
+def find_dome_over(t_s: Floats, level: Floats) -> DomeOver:
+    """Find when the crown has closed over the sphere.
+
+    Parameters
+    ----------
+    t_s, level : (n,) arrays
+        Time and mean grey level of a disc somewhat smaller than the sphere's image, from frames that show the sphere
+        in all of it to frames that show only splash; NaN is left out.
+
+    Notes
+    -----
+    The share of the disc that still shows the sphere is the square of the radius of the opening over the disc's. That
+    radius falls nearly in proportion to the time that is left: a line through its last stretch gives the closure.
+    """
+    seen = np.isfinite(t_s) & np.isfinite(level)
+    time, values = t_s[seen], level[seen]
+    if time.size < 8:
+        return DomeOver(np.nan, np.nan, "clip_ended" if time.size else "no_edge")
+    sphere, splash = float(np.median(values[:3])), float(np.median(values[-4:]))
+    if abs(splash - sphere) < LEAST_CONTRAST * max(abs(splash), abs(sphere)):
+        return DomeOver(np.nan, np.nan, "no_edge")
+    opening = np.sqrt(np.clip((splash - values) / (splash - sphere), 0.0, 1.0))
+    still_open, closed = np.flatnonzero(opening > OPEN), np.flatnonzero(opening < CLOSED)
+    closed = closed[closed > still_open[-1]] if still_open.size else closed
+    if still_open.size == 0 or closed.size < 4:
+        return DomeOver(np.nan, np.nan, "clip_ended")
+    return _closure(time, opening, int(still_open[-1]), int(closed[0]))
+
+
+def _closure(time: Floats, opening: Floats, first: int, last: int) -> DomeOver:
+    """Zero of a line through the opening while it closes; between two frames where it closes within one."""
+    part = slice(first, last + 2)
+    use = (opening[part] > FITTED[0]) & (opening[part] < FITTED[1])
+    if use.sum() < 3:
+        half = 0.5 * float(time[last] - time[first])
+        return DomeOver(float(time[last]), max(half, 0.0), "ok")
+    design = np.stack([np.ones(int(use.sum())), time[part][use] - time[last]], axis=1)
+    solution, *_ = np.linalg.lstsq(design, opening[part][use], rcond=None)
+    if not solution[1] < 0.0:
+        return DomeOver(np.nan, np.nan, "poor_fit")
+    rest = opening[part][use] - design @ solution
+    step = float(np.median(np.diff(time)))
+    unc = float(np.hypot(np.sqrt(np.mean(rest**2)) / abs(solution[1]), 0.5 * step))
+    return DomeOver(float(time[last] - solution[0] / solution[1]), unc, "ok")

@@ -1,0 +1,236 @@
+"""Stage cavity: profile of the cavity (cavity.csv), its necks (neck.csv) and what happens to it (events.csv)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.cavity.dome_over import DomeOver, disc_level, find_dome_over
+from wentry_cli.cavity.follow import measure_profiles, sphere_outlines
+from wentry_cli.cavity.neck import NeckFollower, NeckTrack, find_necks
+from wentry_cli.cavity.nested import CavityStart, find_cavity_starts, wall_numbers
+from wentry_cli.cavity.profile import CavityProfile, SphereOutline
+from wentry_cli.cavity.seal import EDGE_MODEL_PX, Scene, Seal, find_seal
+from wentry_cli.errors import FrameUnreadableError
+from wentry_cli.progress import tick
+from wentry_cli.stages.clip import flat_field, open_clip
+from wentry_cli.stages.track_side import Scales, pixel_map
+from wentry_cli.tables import has_table, new_table, read_table, write_table
+from wentry_cli.tracking.scale import PixelMap, pixel_to_metre
+
+if TYPE_CHECKING:
+    from wentry_cli.config.campaign import Drop
+
+Floats = NDArray[np.float64]
+
+ROWS_PER_RADIUS = 20  # cavity.csv keeps every third row of a sphere of 60 px
+DOME_BEFORE, DOME_AFTER = 6, 60  # frames about the last that shows the sphere from above
+
+
+@dataclass(frozen=True)
+class _SideView:
+    """What side.csv and geometry.csv say: arrays per frame, the map to metres, surface and radius in pixels."""
+
+    t_s: Floats
+    spheres: list[SphereOutline | None]
+    starts: list[CavityStart]
+    separation_px: Floats
+    pixels: PixelMap
+    radius_px: float
+    exposure_s: float
+    scale_unc: float
+    impact_unc_s: float
+
+    def metres(self, x_px: Floats | float, y_px: Floats | float) -> tuple[Floats, Floats]:
+        """The one map from pixels to metres."""
+        return pixel_to_metre(x_px, y_px, self.pixels)
+
+
+@dataclass
+class _Rows:
+    """Columns of cavity.csv, collected frame by frame."""
+
+    parts: list[dict[str, Any]]
+
+    def add(self, frame: int, profile: CavityProfile, view: _SideView) -> None:
+        """Add the walls of one frame: every ``step``-th row between the surface and the contact line."""
+        sphere = view.spheres[frame]
+        assert sphere is not None
+        step = max(2, round(view.radius_px / ROWS_PER_RADIUS))
+        foot = view.separation_px[frame]
+        lowest = foot if np.isfinite(foot) else sphere.top_y_px
+        kept = (profile.y_px % step == 0) & (profile.y_px <= lowest) & np.isfinite(profile.width_px)
+        if not kept.any():
+            return
+        rows = profile.y_px[kept]
+        axis, y_m = view.metres(sphere.x_px, rows)
+        self.parts.append({
+            "frame": np.full(rows.size, frame),
+            "t_s": np.full(rows.size, view.t_s[frame]),
+            "wall": wall_numbers(y_m, float(view.t_s[frame]), view.starts),
+            "y_m": y_m,
+            "left_m": view.metres(profile.left_px[kept], rows)[0] - axis,
+            "right_m": view.metres(profile.right_px[kept], rows)[0] - axis,
+        })  # fmt: skip
+
+    def table(self) -> dict[str, Any]:
+        """All columns, a row per frame and row of the profile."""
+        names = ("frame", "t_s", "wall", "y_m", "left_m", "right_m")
+        return {name: np.concatenate([part[name] for part in self.parts]) if self.parts else [] for name in names}
+
+
+def run(folder: Path, drop: Drop) -> None:
+    """Write cavity.csv, neck.csv and events.csv of one drop that was filmed from the side.
+
+    Frames are read one after the other, only between surface and sphere; memory does not grow with their number beyond
+    the rows of the tables. In cavity.csv a frame without a profile has no rows.
+    """
+    view = _side_view(folder, drop)
+    rows, follower = _Rows([]), NeckFollower()
+    count = view.t_s.size
+    tops = np.full(count, np.nan)
+    clip = open_clip(folder, drop, "side")
+    try:
+        ground, _ = flat_field(drop, "side", clip)
+        clip.release()
+        profiles = measure_profiles(
+            clip, ground, view.spheres, surface_y_px=view.pixels.surface_y_px, radius_px=view.radius_px
+        )
+        for frame, profile in profiles:
+            tick(frame, count)
+            if profile.status == "ok":
+                rows.add(frame, profile, view)
+                follower.add(frame, find_necks(profile.y_px, profile.width_px, edge_unc_px=profile.edge_unc_px))
+                tops[frame] = profile.top_y_px
+    finally:
+        clip.close()
+    tracks = follower.tracks()
+    seal = find_seal(tracks, _scene(view, tops))
+    write_table(folder, "cavity", new_table("cavity", rows.table()))
+    write_table(folder, "neck", new_table("neck", _neck_columns(tracks, seal, view)))
+    events = _events(view, seal, _dome_over(folder, drop))
+    write_table(folder, "events", new_table("events", {name: [row[name] for row in events] for name in events[0]}))
+
+
+def _side_view(folder: Path, drop: Drop) -> _SideView:
+    side, geometry = read_table(folder, "side"), read_table(folder, "geometry")
+    row = geometry[geometry["view"] == "side"].iloc[0]
+    column = {name: side[name].to_numpy(float) for name in side.columns if name not in {"status", "y_b_source"}}
+    air, water = float(row["scale_px_per_m"]), float(row["scale_water_px_per_m"])
+    water_unc = float(row["scale_water_px_per_m_unc"])
+    scales = Scales(air, float(row["scale_px_per_m_unc"]), water, water_unc, "")
+    clip = open_clip(folder, drop, "side")
+    pixels = pixel_map(drop, scales, float(row["surface_y_px"]), clip.opened.middle_px)
+    clip.close()
+    radius = water * drop.experiment.sphere.radius_m
+    starts = find_cavity_starts(column["t_s"], column["stretch"], column["stretch_unc"], column["separation_y_m"])
+    return _SideView(
+        t_s=column["t_s"],
+        spheres=sphere_outlines(column["center_x_px"], column["center_y_px"], radius, column["stretch"]),
+        starts=starts,
+        separation_px=column["separation_y_px"],
+        pixels=pixels,
+        radius_px=radius,
+        exposure_s=float(np.nan_to_num(row["exposure_s"])),
+        scale_unc=water_unc / water,
+        impact_unc_s=float(row["impact_time_s_unc"]),
+    )
+
+
+def _scene(view: _SideView, tops: Floats) -> Scene:
+    sphere_top = np.array([np.nan if sphere is None else sphere.top_y_px for sphere in view.spheres])
+    return Scene(view.t_s, sphere_top, tops, view.pixels.surface_y_px, view.radius_px, view.exposure_s)
+
+
+def _neck_columns(tracks: Sequence[NeckTrack], seal: Seal, view: _SideView) -> dict[str, Any]:
+    """Necks of the open cavity: none after its closure, none inside the sphere, numbered by first appearance."""
+    names = ("frame", "t_s", "neck", "y_m", "radius_m", "radius_m_unc")
+    rows: list[dict[str, Any]] = []
+    number = 0
+    for track in tracks:
+        tops = np.array([view.spheres[frame].top_y_px for frame in track.frame])  # type: ignore[union-attr]
+        closed = seal.t_s if seal.status == "ok" else np.inf
+        kept = (view.t_s[track.frame] < closed) & (track.y_px < tops)
+        if kept.sum() < 3:
+            continue
+        number += 1
+        for k in np.flatnonzero(kept):
+            rows.append(_neck_row(track, int(k), number, view))
+    rows.sort(key=lambda row: (row["frame"], row["neck"]))
+    return {name: [row[name] for row in rows] for name in names}
+
+
+def _neck_row(track: NeckTrack, k: int, number: int, view: _SideView) -> dict[str, Any]:
+    axis, y_m = view.metres(0.0, track.y_px[k])
+    radius = float(view.metres(track.radius_px[k], track.y_px[k])[0] - axis)
+    pixel = float(view.metres(1.0, track.y_px[k])[0] - axis)
+    unc = np.hypot(track.radius_unc_px[k], EDGE_MODEL_PX) * pixel
+    return {
+        "frame": int(track.frame[k]),
+        "t_s": float(view.t_s[track.frame[k]]),
+        "neck": number,
+        "y_m": float(y_m),
+        "radius_m": radius,
+        "radius_m_unc": float(np.hypot(unc, radius * view.scale_unc)),
+    }
+
+
+def _dome_over(folder: Path, drop: Drop) -> DomeOver:
+    """When the crown closes over the sphere, from grey levels of the top view about the last frame that shows it."""
+    if not has_table(folder, "top"):
+        return DomeOver(np.nan, np.nan, "no_object")
+    top = read_table(folder, "top")
+    shown = np.flatnonzero((top["status"] == "ok").to_numpy() & (top["t_s"] > 0).to_numpy(bool))
+    if shown.size == 0:
+        return DomeOver(np.nan, np.nan, "no_edge")
+    last = int(shown[-1])
+    x, y, radius = (float(top[name].iloc[last]) for name in ("center_x_px", "center_y_px", "radius_px"))
+    frames = range(max(last - DOME_BEFORE, 0), min(last + DOME_AFTER, len(top)))
+    levels = _disc_levels(folder, drop, frames, (x, y, 0.9 * radius))
+    return find_dome_over(top["t_s"].to_numpy(float)[frames.start : frames.stop], levels)
+
+
+def _disc_levels(folder: Path, drop: Drop, frames: range, disc: tuple[float, float, float]) -> Floats:
+    x, y, radius = disc
+    levels = np.full(len(frames), np.nan)
+    clip = open_clip(folder, drop, "top")
+    try:
+        rows, columns = clip.shape
+        x0, x1 = max(int(x - radius), 0), min(int(x + radius) + 2, columns)
+        y0, y1 = max(int(y - radius), 0), min(int(y + radius) + 2, rows)
+        for k, frame in enumerate(frames):
+            try:
+                levels[k] = disc_level(clip.read(frame, (x0, y0, x1, y1)), x - x0, y - y0, radius)
+            except FrameUnreadableError:
+                continue
+    finally:
+        clip.close()
+    return levels
+
+
+def _events(view: _SideView, seal: Seal, dome: DomeOver) -> list[dict[str, Any]]:
+    """Rows of events.csv: impact, dome-over, starts of nested cavities before the closure, pinch-off."""
+    closed = seal.t_s if seal.status == "ok" else np.inf
+    rows = [
+        _event("impact", 1, (0.0, view.impact_unc_s), 0.0),
+        _event("dome_over", 1, (dome.t_s, dome.t_unc_s), np.nan),
+    ]
+    rows[1]["status"] = dome.status
+    for index, start in enumerate(start for start in view.starts if start.t_s < closed):
+        rows.append(_event("second_cavity", index + 1, (start.t_s, start.t_unc_s), start.y_m))
+        rows[-1]["status"] = start.status
+    y_m = float(view.metres(0.0, seal.y_px)[1]) if seal.status == "ok" else np.nan
+    rows.append(_event("pinch_off", 1, (seal.t_s, seal.t_unc_s), y_m))
+    rows[-1] |= {"value": seal.value, "status": seal.status}
+    return rows
+
+
+def _event(name: str, index: int, time: tuple[float, float], y_m: float) -> dict[str, Any]:
+    return {
+        "event": name, "index": index, "t_s": time[0], "t_s_unc": time[1], "y_m": y_m, "value": "", "status": "ok",
+    }  # fmt: skip
