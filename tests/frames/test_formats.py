@@ -102,10 +102,11 @@ def test_identity_of_a_folder_sees_every_file(tmp_path: Path) -> None:
     assert recording_identity(tmp_path) != second
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="files with holes take room here")
 def test_identity_reads_samples_of_a_large_file(tmp_path: Path) -> None:
     path = tmp_path / "clip.cine"
-    with path.open("wb") as file:
-        file.truncate(1 << 33)  # 8 GB that take no room
+    path.touch()
+    os.truncate(path, 1 << 33)  # 8 GB that take no room
     assert recording_identity(path).startswith("sampled:")
 
 
@@ -123,7 +124,7 @@ def test_a_description_is_json(tmp_path: Path) -> None:
     assert said["duration_s"] == pytest.approx(2 / 500)
     assert (said["first_camera_frame"], said["last_camera_frame"]) == (8, 16)
     assert said["duplicate_frames"] == 1
-    assert said["notes"] == ["every 4th frame of the camera was saved"]
+    assert said["notes"] == ["one frame in 4 of the camera was saved"]
     assert said["bytes"] == 72 + path.stat().st_size
 
 

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 from recording_bytes import SHARED, cih, cihx, grey, pack_bits, write_photron
 
 from wentry_cli.errors import InputError
 from wentry_cli.frames.formats import open_recording
 
+NEEDS_SPARSE = pytest.mark.skipif(sys.platform == "win32", reason="files with holes take room here")
 EIGHT = grey(6, 4, frames=3).astype(np.uint8)
 
 
@@ -174,6 +178,27 @@ def test_reading_after_closing_is_an_error(tmp_path: Path) -> None:
     recording.close()
     with pytest.raises(ValueError, match="after it was closed"):
         recording.read(0)
+
+
+@NEEDS_SPARSE
+def test_memory_does_not_grow_with_the_frames_read(tmp_path: Path) -> None:
+    path = write_photron(tmp_path, cih(width=1024, height=1024, frames=300, bits=12, depth=12), b"")
+    os.truncate(tmp_path / "clip.mraw", 300 * 1024 * 1024 * 3 // 2)
+    recording = open_recording(path)
+    recording.read(0)
+    before = psutil.Process().memory_info().rss
+    for index in range(0, 300, 3):
+        recording.read(index)
+        recording.read(index, (300, 300, 600, 600))
+    assert psutil.Process().memory_info().rss - before < 16 << 20
+
+
+@NEEDS_SPARSE
+def test_offsets_do_not_overflow_for_narrow_integers(tmp_path: Path) -> None:
+    path = write_photron(tmp_path, cih(width=60000, height=50000, frames=2), b"")
+    os.truncate(tmp_path / "clip.mraw", 6_000_000_000)
+    region = tuple(np.array([59999, 49999, 60000, 50000], np.int32))
+    assert open_recording(path).read(np.int32(1), region).tolist() == [[0]]
 
 
 def test_frames_and_regions_that_do_not_exist(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from wentry_cli.frames.depth import CONTAINER, sampled_depth
 from wentry_cli.frames.image_headers import ImageHeader, read_image_header
 from wentry_cli.frames.numbering import Numbering, number_files
 from wentry_cli.frames.photron_header import read_photron_header
-from wentry_cli.frames.reader import RATE_UNKNOWN, Frame, RecordingInfo, Region, check_index, checked_region
+from wentry_cli.frames.reader import RATE_UNKNOWN, Frame, RecordingInfo, Region, checked_index, checked_region
 
 IMAGE_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp")
 RECORDING_SUFFIXES = (".cihx", ".cih", ".mraw", ".cine", ".avi", ".mp4", ".mov", ".mkv")
@@ -152,7 +152,7 @@ class ImageFolder:
 
     def read(self, index: int, region: Region | None = None) -> Frame:
         """Return frame ``index``; raises ``FrameUnreadableError`` with ``gap`` where its number has no file."""
-        check_index(index, self.info)
+        index = checked_index(index, self.info)
         x0, y0, x1, y1 = checked_region(region, self.info)
         if self._last is None or self._last[0] != index:
             self._last = (index, self._decode(index))

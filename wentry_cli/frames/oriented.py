@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.errors import InputError
-from wentry_cli.frames.reader import Frame, Recording, Region, check_index, checked_region
+from wentry_cli.frames.reader import Frame, Recording, Region, checked_index, checked_region
 
 FLIPS = ("none", "h", "v")
 
@@ -111,7 +111,7 @@ class Oriented:
 
     def read(self, index: int, region: Region | None = None) -> Frame:
         """Return frame ``index`` of the range, or ``region`` of it, as the measurement sees it."""
-        check_index(index, self.info)
+        index = checked_index(index, self.info)
         x0, y0, x1, y1 = checked_region(region, self.info)
         left, top = self.origin_px
         raw = self._turn.raw_region((x0 + left, y0 + top, x1 + left, y1 + top))

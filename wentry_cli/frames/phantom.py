@@ -18,7 +18,7 @@ from wentry_cli.frames.blocks import BlockFile
 from wentry_cli.frames.linearisation import levels_of_10bit_codes
 from wentry_cli.frames.packed import unpack_10bit, unpack_12bit
 from wentry_cli.frames.phantom_header import CineHeader, read_cine_header
-from wentry_cli.frames.reader import Frame, RecordingInfo, Region, check_index, checked_region
+from wentry_cli.frames.reader import Frame, RecordingInfo, Region, checked_index, checked_region
 
 LARGEST_ANNOTATION = 1 << 20
 
@@ -91,7 +91,7 @@ class PhantomRecording:
 
     def read(self, index: int, region: Region | None = None) -> Frame:
         """Return grey levels of image ``index``, top row first; a region costs the bytes of its rows."""
-        check_index(index, self.info)
+        index = checked_index(index, self.info)
         window = checked_region(region, self.info)
         begin = self._pixels_begin(index)
         if self._layout.packed:

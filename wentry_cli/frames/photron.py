@@ -15,7 +15,7 @@ from wentry_cli.errors import InputError
 from wentry_cli.frames.blocks import BlockFile
 from wentry_cli.frames.packed import unpack_12bit
 from wentry_cli.frames.photron_header import PhotronHeader, read_photron_header
-from wentry_cli.frames.reader import Frame, RecordingInfo, Region, check_index, checked_region
+from wentry_cli.frames.reader import Frame, RecordingInfo, Region, checked_index, checked_region
 
 
 def open_photron(path: Path, frames: tuple[int, int] | None = None) -> PhotronRecording:
@@ -100,7 +100,7 @@ class PhotronRecording:
 
     def read(self, index: int, region: Region | None = None) -> Frame:
         """Return grey levels of frame ``index``; a region costs the bytes of its rows."""
-        check_index(index, self.info)
+        index = checked_index(index, self.info)
         x0, y0, x1, y1 = checked_region(region, self.info)
         width = self._header.width
         first = (index * self._header.height + y0) * width

@@ -153,7 +153,7 @@ def _header(fields: _Fields) -> PhotronHeader:
         fps=rate / step if rate else None,
         fps_source=source if rate else RATE_UNKNOWN,
         exposure_s=_exposure_s(fields),
-        notes=(f"every {step}th frame of the camera was saved",) if step > 1 else (),
+        notes=(f"one frame in {step} of the camera was saved",) if step > 1 else (),
     )
 
 

@@ -79,17 +79,21 @@ class Recording(Protocol):
         """Close the files; the recording cannot be read afterwards."""
 
 
-def check_index(index: int, info: RecordingInfo) -> None:
-    """Raise IndexError unless the recording has a frame ``index``; negative numbers do not count from the end."""
+def checked_index(index: int, info: RecordingInfo) -> int:
+    """Return ``index`` as a plain int, which byte offsets cannot overflow.
+
+    Raises IndexError unless the recording has that frame; negative numbers do not count from the end.
+    """
     if not 0 <= index < info.frame_count:
         raise IndexError(f"{info.path}: no frame {index}, the recording has {info.frame_count}")
+    return int(index)
 
 
 def checked_region(region: Region | None, info: RecordingInfo) -> Region:
-    """Return ``region``, the whole frame for None; ValueError where it is empty or leaves the frame."""
+    """Return ``region`` in plain ints, the whole frame for None; ValueError where it is empty or leaves the frame."""
     if region is None:
         return (0, 0, info.width, info.height)
-    x0, y0, x1, y1 = region
+    x0, y0, x1, y1 = (int(edge) for edge in region)
     if not (0 <= x0 < x1 <= info.width and 0 <= y0 < y1 <= info.height):
         raise ValueError(f"region {region} is empty or not within {info.width} x {info.height} pixels")
-    return region
+    return (x0, y0, x1, y1)

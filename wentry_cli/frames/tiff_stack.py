@@ -17,7 +17,7 @@ from wentry_cli.errors import FrameUnreadableError, InputError
 from wentry_cli.frames.blocks import BlockFile
 from wentry_cli.frames.decoding import decode_grey
 from wentry_cli.frames.depth import CONTAINER, sampled_depth
-from wentry_cli.frames.reader import RATE_UNKNOWN, Frame, RecordingInfo, Region, check_index, checked_region
+from wentry_cli.frames.reader import RATE_UNKNOWN, Frame, RecordingInfo, Region, checked_index, checked_region
 from wentry_cli.frames.tiff_directory import (
     DESCRIPTION,
     STRIP_BYTES,
@@ -124,7 +124,7 @@ class TiffStack:
 
     def read(self, index: int, region: Region | None = None) -> Frame:
         """Return page ``index``; a region of a plain page costs the bytes of its rows."""
-        check_index(index, self.info)
+        index = checked_index(index, self.info)
         levels = self._region(index, checked_region(region, self.info))
         return levels >> self._shift if self._shift else levels
 

@@ -20,7 +20,7 @@ from wentry_cli.frames.reader import (
     Frame,
     RecordingInfo,
     Region,
-    check_index,
+    checked_index,
     checked_region,
 )
 
@@ -99,7 +99,7 @@ class VideoRecording:
 
     def read(self, index: int, region: Region | None = None) -> Frame:
         """Return frame ``index``; forwards costs what lies between, backwards begins again at the start."""
-        check_index(index, self.info)
+        index = checked_index(index, self.info)
         x0, y0, x1, y1 = checked_region(region, self.info)
         if index not in self._kept:
             self._advance(index)
