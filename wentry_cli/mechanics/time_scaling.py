@@ -38,6 +38,9 @@ class Measured:
     unc: float = math.nan
 
 
+NOT_MEASURED = Measured()
+
+
 @dataclass(frozen=True)
 class TimeScaling:
     """The ratio of free periods and how well it is known; times in s, ``shift_s`` after the given first peak.
@@ -72,7 +75,7 @@ def fit_time_scale(
     stretch: FloatArray,
     stretch_unc: FloatArray | float = 1.0,
     *,
-    period: Measured = Measured(),
+    period: Measured = NOT_MEASURED,
 ) -> TimeScaling:
     """Fit ratio and shift to λ measured at ``times_s`` after the first peak (s; NaN = missing).
 

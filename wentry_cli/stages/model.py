@@ -7,6 +7,7 @@ kinematics_model.csv: the paper's own route, y_c from the time-scaled model stre
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,7 @@ from wentry_cli.errors import ConfigurationError
 from wentry_cli.kinematics.centre import early_shape_time
 from wentry_cli.mechanics.bergstrom_boyce import Material
 from wentry_cli.mechanics.solver import solve_oscillation
-from wentry_cli.mechanics.time_scaling import Measured, TimeScaling, fit_time_scale
+from wentry_cli.mechanics.time_scaling import NOT_MEASURED, Measured, TimeScaling, fit_time_scale
 from wentry_cli.stages.drop_tables import column
 from wentry_cli.stages.kinematics import entry_motion, motion_columns
 from wentry_cli.tables import has_table, new_table, read_table, write_table
@@ -43,7 +44,7 @@ def run(folder: Path, drop: campaign.Drop) -> None:
     material = sphere_material(drop)
     stretch, periods = read_table(folder, "stretch"), read_table(folder, "periods")
     fit = _fit(material, stretch, periods)
-    first = _first_peak(periods)
+    first = first_peak(periods)
     write_table(folder, "model_fit", _fit_table(fit, first, material, stretch))
     write_table(folder, "model", _model_table(fit, first, material, stretch))
     if drop.experiment.kind == "water_entry" and has_table(folder, "kinematics"):
@@ -77,29 +78,32 @@ def sphere_material(drop: campaign.Drop) -> Material:
     )
 
 
-class _FirstPeak:
+@dataclass(frozen=True)
+class FirstPeak:
     """Time and stretch of the first peak, and the time to the second, from periods.csv; NaN where not measured."""
 
-    def __init__(self, row: dict[str, float]) -> None:
-        self.time_s = row.get("t_peak_s", math.nan)
-        self.stretch = Measured(row.get("stretch_peak", math.nan), row.get("stretch_peak_unc", math.nan))
-        self.period = Measured(row.get("peak_to_peak_s", math.nan), row.get("peak_to_peak_s_unc", math.nan))
+    time_s: float = math.nan
+    stretch: Measured = NOT_MEASURED
+    period: Measured = NOT_MEASURED
 
     @property
     def found(self) -> bool:
+        """Whether there is a peak from which a model can be released."""
         return math.isfinite(self.time_s) and math.isfinite(self.stretch.value) and self.stretch.value > 1.0
 
 
-def _first_peak(periods: pd.DataFrame) -> _FirstPeak:
+def first_peak(periods: pd.DataFrame) -> FirstPeak:
+    """The first peak of a drop as ``periods.csv`` has it."""
     rows = periods[periods["period"] == 1]
     if not len(rows):
-        return _FirstPeak({})
+        return FirstPeak()
     names = ("t_peak_s", "stretch_peak", "stretch_peak_unc", "peak_to_peak_s", "peak_to_peak_s_unc")
-    return _FirstPeak({name: float(rows[name].iloc[0]) for name in names})
+    time, peak, peak_unc, period, period_unc = (float(column(rows, name)[0]) for name in names)
+    return FirstPeak(time, Measured(peak, peak_unc), Measured(period, period_unc))
 
 
 def _fit(material: Material, stretch: pd.DataFrame, periods: pd.DataFrame) -> TimeScaling:
-    first = _first_peak(periods)
+    first = first_peak(periods)
     if not first.found:
         nan = math.nan
         return TimeScaling(nan, nan, nan, nan, nan, nan, nan, 0, "too_few")
@@ -117,7 +121,7 @@ def _fit(material: Material, stretch: pd.DataFrame, periods: pd.DataFrame) -> Ti
     )
 
 
-def _fit_table(fit: TimeScaling, first: _FirstPeak, material: Material, stretch: pd.DataFrame) -> pd.DataFrame:
+def _fit_table(fit: TimeScaling, first: FirstPeak, material: Material, stretch: pd.DataFrame) -> pd.DataFrame:
     return new_table(
         "model_fit",
         {
@@ -134,7 +138,7 @@ def _fit_table(fit: TimeScaling, first: _FirstPeak, material: Material, stretch:
     )
 
 
-def _scaled_stretch(fit: TimeScaling, first: _FirstPeak, material: Material, times_s: FloatArray) -> FloatArray:
+def _scaled_stretch(fit: TimeScaling, first: FirstPeak, material: Material, times_s: FloatArray) -> FloatArray:
     """λ of the time-scaled model at ``times_s`` (rising, after impact), NaN before the first peak."""
     own = (times_s - first.time_s) / fit.ratio
     values = np.full(times_s.shape, np.nan)
@@ -144,14 +148,14 @@ def _scaled_stretch(fit: TimeScaling, first: _FirstPeak, material: Material, tim
     return values
 
 
-def _misfit(fit: TimeScaling, first: _FirstPeak, material: Material, stretch: pd.DataFrame) -> float:
+def _misfit(fit: TimeScaling, first: FirstPeak, material: Material, stretch: pd.DataFrame) -> float:
     """Rms of measured minus time-scaled model λ over all frames after the first peak, valleys included."""
     residual = column(stretch, "stretch") - _scaled_stretch(fit, first, material, column(stretch, "t_s"))
     seen = np.isfinite(residual)
     return float(np.sqrt(np.mean(residual[seen] ** 2))) if seen.any() else math.nan
 
 
-def _model_table(fit: TimeScaling, first: _FirstPeak, material: Material, stretch: pd.DataFrame) -> pd.DataFrame:
+def _model_table(fit: TimeScaling, first: FirstPeak, material: Material, stretch: pd.DataFrame) -> pd.DataFrame:
     if not first.found or not math.isfinite(fit.period_model_s):
         return new_table("model", {})
     reach = float(stretch["t_s"].max()) - first.time_s
@@ -172,7 +176,7 @@ def _model_table(fit: TimeScaling, first: _FirstPeak, material: Material, stretc
 
 
 def _kinematics_table(
-    folder: Path, drop: campaign.Drop, model: tuple[TimeScaling, _FirstPeak], stretch: pd.DataFrame
+    folder: Path, drop: campaign.Drop, model: tuple[TimeScaling, FirstPeak], stretch: pd.DataFrame
 ) -> pd.DataFrame:
     """The motion with λ of the model after the first peak, measured λ before it."""
     fit, first = model

@@ -1,0 +1,157 @@
+"""Calibration into materials.csv: from tables of drops on a plate, and from a compression test."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from wentry_cli.config.campaign import Drop
+from wentry_cli.config.materials import find_material, packaged_config
+from wentry_cli.config.models import Experiment
+from wentry_cli.errors import ConfigurationError, InputError, TooFewMeasurementsError
+from wentry_cli.mechanics.compression import compression_force
+from wentry_cli.mechanics.solver import find_period, solve_oscillation
+from wentry_cli.stages.calibrate import calibrate_compression, calibrate_impact
+from wentry_cli.stages.model import sphere_material
+from wentry_cli.tables import new_table, read_table, write_table
+
+KEY = "dragonskin_6p70_large"
+
+
+def make_drop(name, kind="surface_impact", sphere_id="S5"):
+    sphere = {"diameter_m": 0.0974, "density_kg_m3": 1070.0, "material": KEY, "id": sphere_id}
+    experiment = Experiment.model_validate({"kind": kind, "sphere": sphere, "views": {"side": {"source": "side"}}})
+    return Drop(
+        name,
+        packaged_config("materials.yaml").parent,
+        experiment,
+        find_material(KEY, packaged_config("materials.yaml")),
+    )
+
+
+def write_ringing(results, drop, peak, rng, *, last=300):
+    """A drop filmed at 2000 fps that reaches its first peak 9 ms after contact."""
+    material = sphere_material(drop)
+    t = (np.arange(last) - 10) / 2000.0
+    values = solve_oscillation(material, peak, np.maximum(t - 0.009, 0.0)).stretch
+    noisy = np.where(t < 0.009, 1.0, values) + 0.004 * rng.standard_normal(last)
+    columns = {"frame": np.arange(last), "t_s": t, "stretch": noisy, "stretch_unc": np.full(last, 0.004)}
+    write_table(results / drop.name, "stretch", new_table("stretch", columns))
+    row = {"period": [1], "t_peak_s": [0.009 + 2e-5], "stretch_peak": [peak], "status": ["ok"]}
+    write_table(results / drop.name, "periods", new_table("periods", row))
+    return find_period(material, peak)
+
+
+def test_three_heights_recover_the_flow(tmp_path):
+    rng = np.random.default_rng(1)
+    drops = [make_drop(f"h{k}") for k in range(3)]
+    for drop, peak in zip(drops, (1.25, 1.5, 1.75), strict=True):
+        write_ringing(tmp_path, drop, peak, rng)
+    assert calibrate_impact(tmp_path, drops) == []
+    row = read_table(tmp_path, "materials").iloc[0]
+    truth = drops[0].material
+    assert row["status"] == "ok"
+    assert row["source"] == "impact"
+    assert row["sphere_id"] == "S5"
+    assert abs(row["n"] - truth.n) < 4 * row["n_unc"]
+    assert abs(row["eps0_dot_1_s"] - truth.eps0_dot_1_s) < 4 * row["eps0_dot_1_s_unc"]
+    assert row["g_inf_pa"] == truth.g_inf_pa
+    assert 0.98 < row["correlation"] < 1.0
+    again = drops[0].with_calibration(tmp_path).material
+    assert again.n == pytest.approx(row["n"])
+
+
+def test_modulus_of_a_compression_test_is_used(tmp_path):
+    rng = np.random.default_rng(3)
+    drops = [make_drop(f"h{k}") for k in range(2)]
+    for drop, peak in zip(drops, (1.3, 1.7), strict=True):
+        write_ringing(tmp_path, drop, peak, rng)
+    write_test(tmp_path / "test.csv", "displacement_m,force_N", modulus=7000.0)
+    calibrate_compression(tmp_path / "test.csv", 0.0974, tmp_path, material=KEY)
+    calibrate_impact(tmp_path, drops)
+    rows = read_table(tmp_path, "materials").set_index("source")
+    assert rows.loc["impact", "g_inf_pa"] == pytest.approx(7000.0, rel=1e-4)
+    assert rows.loc["impact", "g_inf_pa_unc"] > 0.0
+
+
+def test_one_height_is_reported_as_not_identified(tmp_path):
+    drop = make_drop("only")
+    write_ringing(tmp_path, drop, 1.2, np.random.default_rng(2), last=80)
+    (warning,) = calibrate_impact(tmp_path, [drop])
+    assert "S5: one drop" in warning
+    assert read_table(tmp_path, "materials")["status"].tolist() == ["not_identified"]
+    assert drop.with_calibration(tmp_path).material == drop.material
+
+
+def test_drops_without_a_peak_are_too_few_and_the_table_is_written(tmp_path):
+    with pytest.raises(TooFewMeasurementsError, match="no sphere could be calibrated"):
+        calibrate_impact(tmp_path, [make_drop("missing")])
+    assert read_table(tmp_path, "materials")["status"].tolist() == ["too_few"]
+
+
+def test_no_drop_on_a_plate(tmp_path):
+    with pytest.raises(InputError, match="surface_impact"):
+        calibrate_impact(tmp_path, [make_drop("wet", kind="water_entry")])
+
+
+def test_unknown_material(tmp_path):
+    bare = dataclasses.replace(make_drop("bare"), material=None)
+    with pytest.raises(ConfigurationError, match=r"sphere\.material is missing"):
+        calibrate_impact(tmp_path, [bare])
+
+
+def write_test(path, header, factor=1.0, modulus=6900.0, zero=4e-4):
+    d = np.linspace(0.0, 0.025, 80)
+    force = modulus * 0.0974**2 * compression_force((d - zero) / 0.0974)
+    lines = [header, *(f"{a * factor:.9g},{b:.9g}" for a, b in zip(d, force, strict=True))]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("displacement_m", 1.0), ("displacement_mm", 1e3)])
+def test_compression_gives_the_modulus_in_either_unit(tmp_path, unit, factor):
+    write_test(tmp_path / "test.csv", f"{unit},force_N", factor)
+    calibrate_compression(tmp_path / "test.csv", 0.0974, tmp_path, material=KEY)
+    row = read_table(tmp_path, "materials").iloc[0]
+    assert row["g_inf_pa"] == pytest.approx(6900.0, rel=1e-4)
+    assert (row["material"], row["source"], row["status"]) == (KEY, "compression", "ok")
+    assert np.isnan(row["n"])
+
+
+def test_rows_of_others_stay_and_own_rows_are_replaced(tmp_path):
+    write_test(tmp_path / "a.csv", "displacement_m,force_N")
+    write_test(tmp_path / "b.csv", "displacement_m,force_N", modulus=1235.0)
+    calibrate_compression(tmp_path / "a.csv", 0.0974, tmp_path, material="a")
+    calibrate_compression(tmp_path / "a.csv", 0.0974, tmp_path, material="b")
+    calibrate_compression(tmp_path / "b.csv", 0.0974, tmp_path, material="b")
+    rows = read_table(tmp_path, "materials")
+    assert rows["material"].tolist() == ["a", "b"]
+    assert rows["g_inf_pa"].tolist() == pytest.approx([6900.0, 1235.0], rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        ("", "header needs force_N"),
+        ("displacement,force\n1,2\n", "rename the columns"),
+        ("displacement_m,force_N\n0.1,abc\n", "test.csv:2"),
+    ],
+)
+def test_wrong_files_are_one_sentence(tmp_path, content, sentence):
+    (tmp_path / "test.csv").write_text(content, encoding="utf-8")
+    with pytest.raises(InputError, match=sentence):
+        calibrate_compression(tmp_path / "test.csv", 0.05, tmp_path)
+    assert not (tmp_path / "materials.csv").exists()
+
+
+def test_missing_file_and_wrong_diameter(tmp_path):
+    with pytest.raises(InputError, match="cannot be read"):
+        calibrate_compression(tmp_path / "none.csv", 0.05, tmp_path)
+    with pytest.raises(ConfigurationError, match="positive"):
+        calibrate_compression(tmp_path / "none.csv", -1.0, tmp_path)
+
+
+def test_a_test_without_load_is_too_few(tmp_path):
+    (tmp_path / "test.csv").write_text("displacement_m,force_N\n0,0\n0.001,\n", encoding="utf-8")
+    with pytest.raises(TooFewMeasurementsError, match="not determined"):
+        calibrate_compression(tmp_path / "test.csv", 0.05, tmp_path)
+    assert read_table(tmp_path, "materials")["status"].tolist() == ["too_few"]
