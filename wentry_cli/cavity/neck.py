@@ -13,7 +13,8 @@ Floats = NDArray[np.float64]
 MIN_PROMINENCE_PX = 1.5  # in width; below it an undulation is noise
 MAX_GAP_FRAMES = 4
 REACH_PX = 8.0  # how far a neck may lie from where its track foretells it
-HALF_WINDOW = 4  # rows on either side of a minimum that define its depth and radius
+HALF_WINDOW, LONGEST_WINDOW = 4, 25  # rows on either side of a minimum that define its depth and radius
+RISE_PX = 1.0
 
 
 @dataclass(frozen=True)
@@ -85,18 +86,34 @@ def _prominence(width: Floats, index: int) -> float:
 
 
 def _vertex(y: Floats, width: Floats, index: int) -> tuple[float, float, float]:
-    """Return row and width at the vertex of a parabola through the minimum, and half the misfit there."""
-    low, high = max(index - HALF_WINDOW, 0), min(index + HALF_WINDOW + 1, y.size)
-    rows, values = y[low:high] - y[index], width[low:high]
-    if rows.size < 5 or np.ptp(rows) > 2.5 * HALF_WINDOW or np.ptp(values) > 0.5 * values.min() + 4.0:
+    """Return row and width at the vertex of a cubic through the minimum, and half of the misfit there.
+
+    The cubic goes as far as the width rises by ``RISE_PX``: a minimum is seldom symmetric, and a flat one needs rows.
+    """
+    low, high = _reach(width, index, -1), _reach(width, index, 1)
+    rows, values = y[low : high + 1] - y[index], width[low : high + 1]
+    if rows.size < 7 or np.ptp(values) > 0.5 * values.min() + 4.0:
         return float(y[index]), float(width[index]), 0.0
-    second, first, constant = np.polyfit(rows, values, 2)
-    misfit = np.polyval([second, first, constant], rows) - values
-    spread = 0.5 * float(np.sqrt(np.mean(misfit**2)))
-    vertex = -first / (2.0 * second) if second > 0.0 else 0.0
-    if abs(vertex) > HALF_WINDOW:
+    cubic = np.polyfit(rows, values, 3)
+    spread = 0.5 * float(np.sqrt(np.mean((np.polyval(cubic, rows) - values) ** 2)))
+    slope = np.polyder(cubic)
+    roots = np.roots(slope)
+    level = np.asarray(roots[np.isreal(roots)].real, dtype=np.float64)
+    turning: Floats = level[np.polyval(np.polyder(slope), level) > 0.0]
+    if turning.size == 0 or abs(turning[0]) > HALF_WINDOW:
         return float(y[index]), float(width[index]), spread
-    return float(y[index] + vertex), float(max(constant + 0.5 * first * vertex, 0.0)), spread
+    return float(y[index] + turning[0]), max(float(np.polyval(cubic, turning[0])), 0.0), spread
+
+
+def _reach(width: Floats, index: int, step: int) -> int:
+    """Return the last index from ``index`` on in direction ``step`` that the cubic takes in."""
+    at = index
+    while 0 <= at + step < width.size and abs(at + step - index) <= LONGEST_WINDOW:
+        near = abs(at + step - index) <= HALF_WINDOW
+        if not near and width[at + step] - width[index] > RISE_PX:
+            break
+        at += step
+    return at
 
 
 @dataclass
