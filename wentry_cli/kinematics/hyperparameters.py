@@ -36,8 +36,9 @@ def _grid(record: Record) -> Array:
     brief = np.log(length * np.array([0.01, 0.03]))
     decay = np.log(length * np.array([0.02, 0.1]))
     strike = np.log(_acceleration_scale(record) * np.array([0.5, 5.0]))
+    slam = np.log(length * np.array([0.005, 0.02]))
     later = (np.log(0.3),) if record.events.size > 1 else ()
-    return np.array([(*row, *later) for row in product(lasting, brief, decay, strike)])
+    return np.array([(*row, *later) for row in product(lasting, brief, decay, strike, slam)])
 
 
 def _acceleration_scale(record: Record) -> float:

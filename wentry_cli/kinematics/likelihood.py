@@ -16,34 +16,43 @@ from wentry_cli.compiled import compiled
 from wentry_cli.kinematics.state_space import log_likelihood
 
 Array = NDArray[np.float64]
-SEARCH_LIMITS = np.array([[0.3, 14.0], [-1.0, 14.0], [0.0, 12.0], [-9.0, 9.0], [-6.0, 1.0]])
+USUAL_SLAM, SLAM_SPREAD = 0.4, 0.7  # logarithm of frames: a slam lasts two or three
+USUAL_SHARE = 0.1  # a lasting bandwidth of a tenth of the record, within a factor e
+SEARCH_LIMITS = np.array([[0.3, 14.0], [-1.0, 14.0], [0.0, 12.0], [-9.0, 9.0], [-1.0, 7.0], [-6.0, 1.0]])
 
 
 @compiled
 def law_of(theta: Array, m: int) -> Array:
-    """Return (q_inf, q0, tau, jump of acceleration, jump of jerk) from the logarithms searched over.
+    """Return (q_inf, q0, tau, jump of acceleration, jump of jerk, q_slam, tau_slam) from the logarithms searched over.
 
     ``theta`` holds the logarithms of: bandwidth of the lasting noise, bandwidth of the burst after an event, decay
-    time of the burst (all in frames), jump of the acceleration (noise per frame²), strength of the later events. One
-    element alone is the bandwidth of a plain spline.
+    time of the burst (all in frames), jump of the acceleration (noise per frame²), duration of the slam (frames),
+    strength of the later events. One element alone is the bandwidth of a plain spline.
+
+    The slam is over in a few frames and turns the acceleration by as much as the jump did: noise that lasts tau_slam
+    and changes the acceleration by the jump in that time. Without it a smooth prior cannot follow the peak and is
+    overconfident there.
     """
-    law = np.zeros(5)
+    law = np.zeros(7)
     law[0] = math.exp(-2.0 * m * theta[0])
     law[2] = 1.0
+    law[6] = 1.0
     if theta.shape[0] > 1:
         law[1] = math.exp(-2.0 * m * theta[1])
         law[2] = math.exp(theta[2])
         law[3] = math.exp(theta[3])
-        law[4] = law[3] / law[2]
+        law[6] = math.exp(theta[4])
+        law[4] = law[3] / law[6]
+        law[5] = law[3] ** 2 / law[6] ** (2 * m - 5)
     return law
 
 
 @compiled
 def strengths_of(theta: Array, events: Array) -> Array:
-    """Return the strength of each event: 1 for the first, the fifth hyperparameter for later ones."""
+    """Return the strength of each event: 1 for the first, the sixth hyperparameter for later ones."""
     strengths = np.ones(events.shape[0])
-    if theta.shape[0] > 4:
-        strengths[1:] = math.exp(theta[4])
+    if theta.shape[0] > 5:
+        strengths[1:] = math.exp(theta[5])
     return strengths
 
 
@@ -55,6 +64,10 @@ def cost(theta: Array, nodes: Array, events: Array, start_mean: Array, start_cov
     for i in range(theta.shape[0]):
         inside[i] = min(max(theta[i], limits[i, 0]), limits[i, 1])
         wall += float(theta[i] - inside[i]) ** 2
+    if theta.shape[0] > 4:
+        wall += 0.05 * ((theta[4] - USUAL_SLAM) / SLAM_SPREAD) ** 2
+        lasting = math.log(USUAL_SHARE * nodes[nodes.shape[0] - 1, 0])
+        wall += 0.05 * (theta[0] - lasting) ** 2
     m = start_mean.shape[0]
     logs, squares = log_likelihood(
         nodes, law_of(inside, m), events, strengths_of(inside, events), start_mean, start_covariance

@@ -89,8 +89,8 @@ def burst(strength: float, q0: float, tau: float, start: float, stop: float) -> 
 def density(law: Array, events: Array, strengths: Array, start: float, stop: float) -> float:
     """Mean process noise density over [start, stop].
 
-    ``law`` = (q_inf, q0, tau, jump of acceleration, jump of jerk). Without events the density is q_inf throughout;
-    with events it is zero before the first of them.
+    ``law`` = (q_inf, q0, tau, jump of acceleration, jump of jerk, q_slam, tau_slam). Without events the density is
+    q_inf throughout; with events it is zero before the first of them.
     """
     if events.shape[0] == 0:
         return float(law[0])
@@ -102,6 +102,7 @@ def density(law: Array, events: Array, strengths: Array, start: float, stop: flo
     total = float(law[0]) * share
     for i in range(events.shape[0]):
         total += burst(strengths[i] ** 2, law[1], law[2], start - events[i], stop - events[i])
+        total += burst(strengths[i] ** 2, law[5], law[6], start - events[i], stop - events[i])
     return total
 
 
