@@ -112,7 +112,7 @@ def _line(
 
 
 def _unevenness(thickness: float) -> float:
-    return max(thickness - 3.0, 0.0) / 12.0
+    return max(0.02, max(thickness - 3.0, 0.0) / 12.0)
 
 
 def find_plate(level: NDArray[np.float32], *, x_px: float | None = None) -> SurfaceRow:
@@ -132,5 +132,10 @@ def _falling_edge(profile: NDArray[np.float32]) -> float:
     if not dark[-3:].all() or dark.all():
         return math.nan
     row = int(np.flatnonzero(~dark)[-1])
-    above, below = float(profile[row]), float(profile[row + 1])
-    return row + (above - 0.5 * ground) / (above - below)
+    above = float(np.median(profile[max(0, row - 12) : max(1, row - 4)]))
+    below = float(np.median(profile[row + 5 : row + 13])) if row + 6 < profile.size else 0.0
+    middle = 0.5 * (above + below)
+    while row > 0 and profile[row] < middle:
+        row -= 1
+    upper, lower = float(profile[row]), float(profile[row + 1])
+    return row + (upper - middle) / max(upper - lower, 1e-6)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from wentry_cli.imaging.background import Background
 from wentry_cli.stages.clip import Clip
 from wentry_cli.stages.track_rows import fit_columns, frame_status
-from wentry_cli.stages.track_side import SideResult, exposure_frames
+from wentry_cli.stages.track_side import SideResult, exposure_frames, fitting_level
 from wentry_cli.tracking.impact import find_rise
 from wentry_cli.tracking.seed import find_seed
 from wentry_cli.tracking.sighting import Sighting
@@ -48,7 +48,7 @@ def measure_top(drop: Drop, clip: Clip, ground: Background, sampled: list[int], 
     clip.release()
     sightings: list[Sighting] = []
     if seed is not None:
-        level, exposure = drop.experiment.analysis.tracking, exposure_frames(drop, "top", clip)
+        level, exposure = fitting_level(drop, ground), exposure_frames(drop, "top", clip)
         sightings = track_top(clip, ground, seed, level=level, exposure_frames=exposure)
     fits = fit_columns(clip.count, sightings)
     impact = _impact(side, clip, fits["radius_px"])

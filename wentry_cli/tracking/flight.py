@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.imaging.background import Background
@@ -35,15 +36,20 @@ def air_plan(
     level: str = "accurate",
     exposure_frames: float = 0.0,
     floor_px: float = math.inf,
+    bottom: bool = True,
 ) -> Plan:
-    """How to look at a sphere in air; nothing below the row ``floor_px`` (surface, plate) is looked at."""
+    """How to look at a sphere in air; nothing below the row ``floor_px`` (surface, plate) is looked at.
+
+    ``bottom`` says whether the lowest point is also measured by itself.
+    """
 
     def plan(_: int, guess: EllipseShape, velocity: tuple[float, float]) -> Look | str:
         if leaves_frame(guess, frame_shape):
             return "out_of_frame"
-        left, top, right, bottom = box_around(guess, margin_of(guess.radius), above=1.0)
+        left, top, right, low = box_around(guess, margin_of(guess.radius), above=1.0)
         motion = (velocity[0] * exposure_frames, velocity[1] * exposure_frames)
-        return Look((left, top, right, min(bottom, floor_px - 2.0)), free, motion_px=motion, level=level)
+        box = (left, top, right, min(low, floor_px - 2.0))
+        return Look(box, free, motion_px=motion, level=level, bottom=bottom)
 
     return plan
 
@@ -54,12 +60,12 @@ def both_ways(frames: Frames, ground: Background, path: Path, plan: Plan, last: 
     Returns the sightings in the order of the frames and the path at its forward end.
     """
     start = path.frames[0]
-    forward = Path(path.radius, list(path.frames), list(path.shapes))
+    forward = replace(path)
     seen = follow(frames, ground, forward, range(start, last + 1), plan)
     good = [item for item in seen if item.ok and item.fit is not None][:3]
-    backward = Path(path.radius, path.frames[::-1], path.shapes[::-1])
+    backward = path.turned()
     if len(good) >= 2:
-        backward = Path(path.radius)
+        backward = Path(path.radius, stiff=path.stiff)
         for item in reversed(good):
             if item.fit is not None:
                 backward.add(item.frame, item.fit.shape)

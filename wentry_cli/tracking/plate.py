@@ -52,7 +52,7 @@ def track_plate(frames: Frames, ground: Background, seed: Path, scene: PlateScen
     radius = scene.radius if scene.radius.known else pool_sightings(dry, wet=False)
     dry = constrain(dry, radius, wet=False)
     if contact < len(seen) and radius.known and dry:
-        path = Path(radius.value)
+        path = Path(radius.value, stiff=not scene.deformable)
         for item in [item for item in dry if item.fit is not None and item.ok][-3:]:
             if item.fit is not None:
                 path.add(item.frame, item.fit.shape)
@@ -67,7 +67,8 @@ def _bottom(item: Sighting) -> float:
 
 
 def _flying(frames: Frames, ground: Background, seed: Path, scene: PlateScene) -> list[Sighting]:
-    free = "x y R stretch" if not scene.radius.known else "x y stretch"
+    free = "x y" + ("" if scene.radius.known else " R") + (" stretch" if scene.deformable else "")
+    seed = replace(seed, stiff=not scene.deformable)
     plan = air_plan(
         frames.shape, free=free, level=scene.level, exposure_frames=scene.exposure_frames, floor_px=scene.plate_px
     )

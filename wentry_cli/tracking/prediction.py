@@ -15,11 +15,15 @@ STRETCH_LIMITS = (0.62, 2.6)
 
 @dataclass
 class Path:
-    """The last measured shapes and the radius to predict with; frames may run forwards or backwards in time."""
+    """The last measured shapes and the radius to predict with; frames may run forwards or backwards in time.
+
+    A ``stiff`` sphere is predicted with a stretch of 1.
+    """
 
     radius: float
     frames: list[int] = field(default_factory=list)
     shapes: list[EllipseShape] = field(default_factory=list)
+    stiff: bool = False
 
     def add(self, frame: int, shape: EllipseShape) -> None:
         """Remember the shape of one frame, the newest three are kept."""
@@ -27,6 +31,10 @@ class Path:
         kept = [*kept, (frame, shape)][-3:]
         self.frames = [at for at, _ in kept]
         self.shapes = [seen for _, seen in kept]
+
+    def turned(self) -> Path:
+        """The same path, to be followed in the other direction."""
+        return Path(self.radius, self.frames[::-1], self.shapes[::-1], self.stiff)
 
     def velocity(self) -> tuple[float, float]:
         """Velocity of the centre in px per frame, from the last two shapes; zero where there are fewer."""
@@ -40,7 +48,7 @@ class Path:
         """The shape expected in ``frame``: parabolas through the last three, lines over longer gaps."""
         last = self.shapes[-1]
         if len(self.frames) < 2:
-            return EllipseShape(last.x, last.y, self.radius, last.stretch, last.tilt_deg)
+            return EllipseShape(last.x, last.y, self.radius, 1.0 if self.stiff else last.stretch, last.tilt_deg)
         span = abs(frame - self.frames[-1])
         use = 3 if len(self.frames) == 3 and span <= LONGEST_CURVED_STEP else 2
         if span > 2 * LONGEST_CURVED_STEP:
@@ -51,6 +59,8 @@ class Path:
         x, y, stretch = (float(value) for value in weights @ values)
         if span > LONGEST_CURVED_STEP:
             stretch = last.stretch
+        if self.stiff:
+            stretch = 1.0
         stretch = min(max(stretch, STRETCH_LIMITS[0]), STRETCH_LIMITS[1])
         return EllipseShape(x, y, self.radius, stretch, last.tilt_deg)
 

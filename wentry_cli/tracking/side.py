@@ -24,7 +24,9 @@ from wentry_cli.tracking.wet_radius import constrain, pool_sightings, tells_radi
 SHALLOWEST = 0.10
 PILOT_FRAMES = 24
 FREE_EVERY = 6
-DEEPEST_SEPARATION = 0.55
+UNKNOWN_SEPARATION = 0.3
+HIGHEST_SEPARATION = -0.5
+DEEPEST_SEPARATION = 0.6
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,14 @@ class SideTrack:
 
 def track_side(frames: Frames, ground: Background, seed: Path, scene: SideScene) -> SideTrack:
     """Track the sphere through the clip from a seed in air."""
-    plan = air_plan(frames.shape, level=scene.level, exposure_frames=scene.exposure_frames, floor_px=scene.floor_px)
+    seed = replace(seed, stiff=not scene.deformable)
+    plan = air_plan(
+        frames.shape,
+        free="x y R stretch" if scene.deformable else "x y R",
+        level=scene.level,
+        exposure_frames=scene.exposure_frames,
+        floor_px=scene.floor_px,
+    )
     dry, path = both_ways(frames, ground, seed, _until_contact(plan, scene), frames.count - 1)
     contact = next((index for index, item in enumerate(dry) if item.status == "short_arc"), None)
     entered = contact is not None and dry[contact].frame > seed.frames[0]
@@ -121,8 +130,8 @@ class WetPlan:
 
     def top_row(self, guess: EllipseShape) -> float:
         """The row above which the outline may be cavity, splash or surface."""
-        line = self.separation if math.isfinite(self.separation) else -0.1
-        line = min(max(line + 0.06, -0.9), DEEPEST_SEPARATION)
+        line = self.separation + 0.06 if math.isfinite(self.separation) else UNKNOWN_SEPARATION
+        line = min(max(line, HIGHEST_SEPARATION), DEEPEST_SEPARATION)
         return max(guess.y + line * guess.semi_along, self.scene.ceiling_px)
 
     def __call__(self, index: int, guess: EllipseShape, velocity: tuple[float, float]) -> Look | str:
@@ -173,7 +182,7 @@ def _again_with(
     free = [index for index, item in enumerate(seen) if item.ok and item.free_radius]
     start = free[0]
     after = [item for item in seen[start : start + 12] if item.ok and item.fit is not None][:3]
-    path = Path(water.value)
+    path = Path(water.value, stiff=not scene.deformable)
     for item in reversed(after):
         if item.fit is not None:
             path.add(item.frame, item.fit.shape)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +18,7 @@ from wentry_cli.tracking.sighting import Look, Sighting
 from wentry_cli.tracking.source import Frames
 
 HIDDEN_AFTER = 10
+LEAST_STRAY = 3.0
 
 
 def track_top(
@@ -30,11 +31,11 @@ def track_top(
     """
     plan = _circle_plan(frames.shape, level, exposure_frames)
     start = seed.frames[0]
-    forward = Path(seed.radius, list(seed.frames), list(seed.shapes))
+    forward = replace(seed)
     seen = follow(frames, ground, forward, range(start, frames.count), plan, patience=HIDDEN_AFTER)
-    backward = Path(seed.radius, seed.frames[::-1], seed.shapes[::-1])
+    backward = seed.turned()
     before = follow(frames, ground, backward, range(start - 1, -1, -1), plan, patience=HIDDEN_AFTER)
-    return [*reversed(before), *_hidden_at_the_end(seen)]
+    return _without_strays([*reversed(before), *_hidden_at_the_end(seen)])
 
 
 def _hidden_at_the_end(seen: list[Sighting]) -> list[Sighting]:
@@ -44,6 +45,20 @@ def _hidden_at_the_end(seen: list[Sighting]) -> list[Sighting]:
         return seen
     hidden = [Sighting(item.frame, _hidden(item.status)) for item in tail]
     return [*seen[: last + 1], *hidden]
+
+
+def _without_strays(seen: list[Sighting]) -> list[Sighting]:
+    """Call frames ``occluded`` whose outline is much less of a circle than that of the others: the splash is in it."""
+    residuals = [item.fit.residual_rms_px for item in seen if item.ok and item.fit is not None]
+    if not residuals:
+        return seen
+    bound = LEAST_STRAY * float(np.median(residuals))
+    return [
+        Sighting(item.frame, "occluded")
+        if item.ok and item.fit is not None and item.fit.residual_rms_px > bound
+        else item
+        for item in seen
+    ]
 
 
 def _hidden(status: str) -> str:
