@@ -7,7 +7,10 @@ from pathlib import Path
 import pytest
 
 from wentry_cli.config.campaign import Drop, find_drops, read_drop
-from wentry_cli.config.models import water_properties
+from wentry_cli.config.materials import packaged_config
+from wentry_cli.config.messages import validate
+from wentry_cli.config.models import Experiment, water_properties
+from wentry_cli.config.places import Document, read_document
 from wentry_cli.config.scaffold import write_scaffold
 from wentry_cli.errors import ConfigurationError, InputError
 from wentry_cli.runner.commands import overrides_document
@@ -165,3 +168,9 @@ def test_the_scaffold_is_valid_and_never_overwrites(tmp_path: Path) -> None:
     assert drop.view("top").source == "run_top.cihx"
     with pytest.raises(InputError, match="stands already"):
         write_scaffold(tmp_path)
+
+
+def test_the_page_of_defaults_is_true() -> None:
+    document = read_document(packaged_config("default.yaml"))
+    required = Document({"kind": "water_entry", "sphere": {"diameter_m": 1.0}, "views": {"side": {"source": "x"}}})
+    assert validate(Experiment, document.over(required)) == validate(Experiment, required)

@@ -73,23 +73,28 @@ def cli() -> None:
     """
 
 
-def main() -> None:
-    """Run the command line and leave with its exit code."""
+def run(words: list[str] | None = None) -> int:
+    """Run the command line with ``words`` (default: those of the process) and return its exit code."""
     try:
-        code = cli.main(standalone_mode=False)
+        code = cli.main(words, prog_name="wentry", standalone_mode=False)
     except click.ClickException as error:
         error.show()
-        code = error.exit_code
+        return error.exit_code
     except (click.exceptions.Abort, KeyboardInterrupt):
         click.echo("interrupted; run the same command again to go on where it stopped", err=True)
-        code = INTERRUPTED
+        return INTERRUPTED
     except WentryError as error:
         click.echo(str(error), err=True)
-        code = error.exit_code
+        return error.exit_code
     except BrokenPipeError:
         sys.stderr.close()
-        code = 0
-    sys.exit(code if isinstance(code, int) else 0)
+        return 0
+    return code if isinstance(code, int) else 0
+
+
+def main() -> None:
+    """Run the command line and leave with its exit code."""
+    sys.exit(run())
 
 
 if __name__ == "__main__":

@@ -1,0 +1,180 @@
+"""Faults of recordings and configurations: what is an error, what is a status, and what is left behind."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.cli.conftest import Command
+from wentry_cli.tables import read_table
+
+
+def _frames(video: Path) -> list[Path]:
+    return sorted((video / "side").iterdir())
+
+
+def _edit(video: Path, old: str, new: str) -> None:
+    path = video / "experiment.yaml"
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+
+
+def _repaint(paths: list[Path], source: Path) -> None:
+    for path in paths:
+        if path != source:
+            shutil.copyfile(source, path)
+
+
+def test_the_small_drop_is_sound(wentry: Command, video: Path, tmp_path: Path) -> None:
+    done = wentry("run", video, "-o", tmp_path / "r")
+    assert done.code == 0, done.err
+    summary = read_table(tmp_path / "r", "summary").iloc[0]
+    assert summary["impact_speed_m_s"] == pytest.approx(3.0, abs=0.02)
+    assert summary["seal_type"] == "deep_seal"
+
+
+def test_empty_source_folder(wentry: Command, video: Path, tmp_path: Path) -> None:
+    for path in _frames(video):
+        path.unlink()
+    done = wentry("process", video, "-o", tmp_path / "r")
+    assert done.code == 4
+    assert str(video / "side") in done.err
+    assert not list((tmp_path / "r").rglob("*.csv"))
+
+
+def test_frames_of_different_sizes(wentry: Command, video: Path, tmp_path: Path) -> None:
+    odd = _frames(video)[5]
+    cv2.imwrite(str(odd), np.zeros((10, 12), np.uint8))
+    done = wentry("process", video, "-o", tmp_path / "r")
+    assert done.code == 4
+    assert odd.name in done.err
+    assert not list((tmp_path / "r").rglob("*.csv"))
+
+
+def test_a_gap_is_a_row(wentry: Command, video: Path, tmp_path: Path) -> None:
+    _frames(video)[40].unlink()
+    done = wentry("process", video, "-o", tmp_path / "r")
+    assert done.code == 0, done.err
+    for name in ("frames", "side"):
+        table = read_table(tmp_path / "r" / "small", name)
+        assert table.loc[40, "status"] == "gap"
+        assert (table["frame"] == np.arange(len(table))).all()
+    assert np.isnan(read_table(tmp_path / "r" / "small", "side").loc[40, "y_b_m"])
+
+
+def test_a_truncated_image_is_a_row(wentry: Command, video: Path, tmp_path: Path) -> None:
+    broken = _frames(video)[40]
+    broken.write_bytes(broken.read_bytes()[:300])
+    done = wentry("process", video, "-o", tmp_path / "r")
+    assert done.code == 0, done.err
+    assert read_table(tmp_path / "r" / "small", "frames").loc[40, "status"] == "bad_frame"
+    assert read_table(tmp_path / "r" / "small", "side").loc[40, "status"] == "bad_frame"
+
+
+def test_a_video_without_a_sphere(wentry: Command, video: Path, tmp_path: Path) -> None:
+    paths = _frames(video)
+    rng = np.random.default_rng(3)
+    empty = np.full(cv2.imread(str(paths[0]), 0).shape, 180.0)
+    for path in paths:
+        cv2.imwrite(str(path), np.clip(empty + rng.normal(0, 2, empty.shape), 0, 255).astype(np.uint8))
+    done = wentry("process", video, "-o", tmp_path / "r")
+    assert done.code == 5
+    side = read_table(tmp_path / "r" / "small", "side")
+    assert len(side) == len(paths)
+    assert set(side["status"]) == {"no_object"}
+    assert side["y_b_m"].isna().all()
+
+
+def test_a_sphere_that_never_reaches_the_water(wentry: Command, video: Path, tmp_path: Path) -> None:
+    paths = _frames(video)
+    for path in paths[14:]:
+        path.unlink()
+    done = wentry("process", video, "-o", tmp_path / "r")
+    assert done.code == 5, done.err
+    assert "small" in done.err
+    side = read_table(tmp_path / "r" / "small", "side")
+    assert len(side) == 14
+    assert read_table(tmp_path / "r" / "small", "geometry").iloc[0].isna()["impact_time_s"]
+
+
+def test_a_sphere_that_leaves_the_frame(wentry: Command, video: Path, tmp_path: Path) -> None:
+    _edit(video, "    source: side\n", "    source: side\n    roi_px: [0, 0, 240, 230]\n")
+    done = wentry("run", video, "-o", tmp_path / "r")
+    assert done.code == 0, done.err
+    side = read_table(tmp_path / "r" / "small", "side")
+    assert side["status"].iloc[-1] in ("out_of_frame", "no_object")
+    assert side.loc[side["status"] == "out_of_frame", "y_b_m"].isna().all()
+    assert (side["status"] == "ok").sum() > 20
+
+
+def test_a_clip_that_ends_before_pinch_off(wentry: Command, video: Path, tmp_path: Path) -> None:
+    for path in _frames(video)[60:]:
+        path.unlink()
+    done = wentry("run", video, "-o", tmp_path / "r")
+    assert done.code == 0, done.err
+    events = read_table(tmp_path / "r" / "small", "events").set_index("event")
+    assert events.loc["pinch_off", "status"] == "clip_ended"
+    assert np.isnan(events.loc["pinch_off", "t_s"])
+    assert np.isnan(read_table(tmp_path / "r", "summary").iloc[0]["t_p_s"])
+
+
+def test_colour_frames_are_measured_as_grey(wentry: Command, video: Path, tmp_path: Path) -> None:
+    plain = wentry("process", video, "-o", tmp_path / "grey", "--until", "track")
+    for path in _frames(video):
+        cv2.imwrite(str(path), cv2.cvtColor(cv2.imread(str(path), 0), cv2.COLOR_GRAY2BGR))
+    colour = wentry("process", video, "-o", tmp_path / "colour", "--until", "track")
+    assert (plain.code, colour.code) == (0, 0)
+    grey, other = (read_table(tmp_path / name / "small", "side")["y_b_m"] for name in ("grey", "colour"))
+    np.testing.assert_allclose(other, grey, atol=2e-5)
+
+
+def test_no_frame_rate(wentry: Command, video: Path, tmp_path: Path) -> None:
+    _edit(video, "fps: 1000.0", "fps: from_header")
+    done = wentry("process", video, "-o", tmp_path / "r")
+    assert done.code == 3
+    assert "views.side.fps" in done.err
+    assert not list((tmp_path / "r").rglob("*.csv"))
+
+
+def test_one_broken_drop_stops_no_other(wentry: Command, video: Path, tmp_path: Path) -> None:
+    shutil.copytree(video, video.parent / "broken")
+    shutil.copytree(video, video.parent / "misspelt")
+    for path in _frames(video.parent / "broken"):
+        path.write_bytes(b"")
+    _edit(video.parent / "misspelt", "diameter_m", "diametre_m")
+    done = wentry("run", video.parent, "-o", tmp_path / "r")
+    assert done.code == 6
+    assert "did you mean diameter_m?" in done.err
+    assert "2 of 3 drops failed: misspelt, broken" in done.err
+    assert read_table(tmp_path / "r", "summary")["drop"].tolist() == ["small"]
+    assert (tmp_path / "r" / "report.html").is_file()
+
+
+def test_one_process_or_two_give_the_same_bytes(wentry: Command, video: Path, tmp_path: Path) -> None:
+    shutil.copytree(video, video.parent / "second")
+    assert wentry("process", video.parent, "-o", tmp_path / "one", "-j", "1").code == 0
+    assert wentry("process", video.parent, "-o", tmp_path / "two", "-j", "2").code == 0
+    tables = sorted(path.relative_to(tmp_path / "one") for path in (tmp_path / "one").rglob("*.csv"))
+    assert len(tables) == 14
+    for table in tables:
+        assert (tmp_path / "one" / table).read_bytes() == (tmp_path / "two" / table).read_bytes(), table
+
+
+def test_a_second_run_decodes_no_frame(
+    wentry: Command, video: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert wentry("process", video, "-o", tmp_path / "r").code == 0
+
+    def refuse(*_: object, **__: object) -> None:
+        raise AssertionError("a frame was decoded")
+
+    for name in ("imread", "imdecode"):
+        monkeypatch.setattr(cv2, name, refuse)
+    done = wentry("process", video, "-o", tmp_path / "r", "-v")
+    assert done.code == 0, done.err
+    assert done.err.count("fresh") == 4
