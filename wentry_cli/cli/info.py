@@ -12,8 +12,9 @@ from wentry_cli.cli import options as opt
 
 @click.command(name="info")
 @click.argument("paths", type=opt.FOLDER, nargs=-1, required=True)
+@click.option("--duplicates", is_flag=True, help="Read every frame and count those that equal the one before.")
 @opt.as_json
-def command(paths: tuple[Path, ...], as_json: bool) -> None:
+def command(paths: tuple[Path, ...], duplicates: bool, as_json: bool) -> None:
     """Say what each recording in PATHS is: format, frames, size, bit depth, frame rate and where that came from."""
     from wentry_cli.cli.console import show_json
     from wentry_cli.errors import InputError, WentryError
@@ -23,7 +24,7 @@ def command(paths: tuple[Path, ...], as_json: bool) -> None:
     problems: list[str] = []
     for path in paths:
         try:
-            described.append(describe(path))
+            described.append(describe(path, count_duplicates=duplicates))
         except WentryError as error:
             problems.append(str(error))
     if as_json:

@@ -6,8 +6,6 @@ from wentry_cli.config.campaign import Drop
 from wentry_cli.errors import ConfigurationError, WentryError
 from wentry_cli.runner.drop import Failure
 
-HEIGHT_TOLERANCE = 0.08
-
 
 def inspect_sources(drops: list[Drop]) -> tuple[dict[str, dict[str, str]], list[Failure]]:
     """What each view of each drop is, in a sentence, and the drops whose recordings cannot be used."""
@@ -25,14 +23,15 @@ def _sentence(drop: Drop, view: str) -> str:
     from wentry_cli.frames.formats import open_recording
 
     given = drop.view(view).fps
-    recording = open_recording(drop.source_path(view), fps=given if isinstance(given, float) else None)
+    rate = given if isinstance(given, float) else None
+    recording = open_recording(drop.source_path(view), fps=rate, frames=drop.view(view).frames)
     try:
         info = recording.info
     finally:
         recording.close()
-    if info.fps is None:
+    if info.fps is None or not info.rate_trusted:
         raise ConfigurationError(
-            f"{drop.folder / 'experiment.yaml'}: views.{view}.fps is needed: {info.path.name} does not tell it"
+            f"{drop.folder / 'experiment.yaml'}: views.{view}.fps is needed: {info.path.name} does not tell the camera's rate"
         )
     return (
         f"{info.format}, {info.frame_count} frames of {info.width} x {info.height}, {info.bit_depth} bit, "
