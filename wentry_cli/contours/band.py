@@ -66,7 +66,8 @@ def collect_band(
 ) -> tuple[Floats, Ints, int]:
     """Distances and grey levels (n, 2), sectors (n), and the number of masked pixels met in the band.
 
-    ``limits`` holds the inner and outer half-width of the band (px) and the top row that may be used.
+    ``limits`` holds the inner and outer half-width of the band (px), the top row that may be used, and the level that
+    masked pixels outside of the edge are taken to have (NaN: they are left out).
     """
     a, b = semi_axes(shape)
     inner, outer = limits[0], limits[1]
@@ -101,7 +102,9 @@ def collect_band(
                 continue
             if math.isnan(level):
                 masked += 1
-                continue
+                level = limits[3] if distance > 0.0 else math.nan
+                if math.isnan(level):
+                    continue
             if number == room:
                 break
             pixels[number, 0], pixels[number, 1] = distance, level

@@ -40,8 +40,8 @@ TABLE_SCALE = (len(_NODES) - 1) / (2.0 * REACH)
 def accumulate(pixels: Floats, sectors: Ints, state: Floats, noise: Floats, ceiling: float, sums: Floats) -> None:
     """Fill ``sums`` (sectors, SUMS) from all pixels of the band.
 
-    ``noise`` holds the variances of a pixel inside and outside. A pixel at the ceiling is only known to be at least
-    that bright: it does not count where the model is brighter.
+    ``noise`` holds the variances of a pixel inside and outside. What is brighter than ``ceiling`` counts as that
+    bright: a clipped ground is as bright as the sensor says.
     """
     sums[:] = 0.0
     spread = noise[1] - noise[0]
@@ -57,11 +57,7 @@ def accumulate(pixels: Floats, sectors: Ints, state: Floats, noise: Floats, ceil
         line = LINE_TABLE[node] + share * (LINE_TABLE[node + 1] - LINE_TABLE[node])
         contrast = part[OUTSIDE] + part[GRADIENT] * distance - part[INSIDE]
         model = part[INSIDE] + contrast * step
-        if level >= ceiling:
-            if model >= ceiling:
-                continue
-            level = ceiling
-        rest = level - model
+        rest = min(level, ceiling) - model
         weight = 1.0 / (noise[0] + spread * step)
         by_edge = -contrast * line * part[INV_S]
         by_in, by_out = 1.0 - step, step

@@ -66,7 +66,9 @@ def fit_local_bottom(
     values = np.ascontiguousarray(patch.values, dtype=np.float32)
     shape = fit.shape.vector() - np.array([patch.x0, patch.y0, 0.0, 0.0, 0.0])
     settings = np.array([-math.inf, *motion_px, patch.ceiling, 0.0])
-    found = refine_bottom(values, shape, math.radians(half_angle_deg), settings)
+    found = refine_bottom(values, shape, math.radians(half_angle_deg), settings, False)
+    if found[4] != FOUND:
+        found = refine_bottom(values, shape, math.radians(half_angle_deg), settings, True)
     status = STATUS_WORDS[int(found[4])]
     if status != "ok":
         return BottomFit(math.nan, math.nan, math.nan, math.nan, status)
@@ -121,7 +123,7 @@ def lowest_place(moved: Floats, depth: float, half_angle: float) -> float:
 
 @compiled
 def refine_bottom(
-    values: NDArray[np.float32], shape: Floats, half_angle: float, settings: Floats
+    values: NDArray[np.float32], shape: Floats, half_angle: float, settings: Floats, masked: bool
 ) -> tuple[float, float, float, float, float]:
     """Column, row and its uncertainty (patch px), residual (px) and the index of the status word."""
     nan = math.nan
@@ -129,7 +131,7 @@ def refine_bottom(
     count, table = quadrant_table(a, b, SECTOR_PX, SECTOR_ANGLE)
     place, lowest, depth = cap_rows(shape, sector_angles(count, table), half_angle)
     settings[0] = shape[1] + depth * math.cos(half_angle) - 2.0 * HALF_PX
-    cap = cap_band(gather_band(values, shape, settings), place)
+    cap = cap_band(gather_band(values, shape, settings, 1.0 if masked else math.nan), place)
     seen = len(np.unique(cap.sectors)) / max(1, int(np.sum(~np.isnan(place))))
     if seen < LEAST_KEPT:
         return nan, nan, nan, nan, OUT_OF_FRAME

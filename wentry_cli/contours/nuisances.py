@@ -28,6 +28,8 @@ Ints = NDArray[np.int64]
 PRIOR_LN_S = math.log(1.08)
 PRIOR_LN_S_UNC = 0.35
 PRIOR_LEVEL_UNC = 0.1
+# A clipped ground is taken to be as bright as the sensor says; how much brighter it is nobody knows.
+PRIOR_CLIPPED_UNC = 0.003
 PRIOR_SLOPE_PER_PX = 2e-4
 
 
@@ -58,9 +60,9 @@ def noise_levels(sums: Floats, verdict: Floats, noise: Floats) -> None:
                 number += 1
         if number >= 4:
             noise[side] = max(1e-8, median_of(means, number))
-    # the median of a mean of few squares lies low, and the two sides may not differ without bounds
+    # light brings its own noise: what looks quieter on the bright side is clipped, or a sum over few pixels
+    noise[1] = max(noise[1], noise[0])
     noise[0] = max(noise[0], 0.02 * noise[1])
-    noise[1] = max(noise[1], 0.02 * noise[0])
 
 
 @compiled
@@ -86,8 +88,7 @@ def priors(nuisance: Floats, radius: float, ceiling: float) -> Floats:
     prior[1, SLOPE_X] = prior[1, SLOPE_Y] = (PRIOR_SLOPE_PER_PX * radius * nuisance[LEVEL_OUT]) ** 2
     prior[0, LN_S], prior[1, LN_S] = PRIOR_LN_S, PRIOR_LN_S_UNC**2
     if nuisance[LEVEL_OUT] >= ceiling:
-        prior[0, LEVEL_OUT] = max(1.0, 1.02 * ceiling)
-        prior[1, LEVEL_OUT] = 0.02**2
+        prior[1, LEVEL_OUT] = (PRIOR_CLIPPED_UNC * contrast) ** 2
     return prior
 
 

@@ -133,13 +133,16 @@ def invert_block(factor: Floats, size: int, inflation: float) -> Floats:
 
 
 @compiled
-def gather_band(values: NDArray[np.float32], shape: Floats, settings: Floats) -> Band:
-    """Cut the outline of ``shape`` into sectors and collect the pixels about it."""
+def gather_band(values: NDArray[np.float32], shape: Floats, settings: Floats, masked: float) -> Band:
+    """Cut the outline of ``shape`` into sectors and collect the pixels about it.
+
+    ``masked`` is the level that masked pixels outside of the edge are taken to have; NaN leaves them out.
+    """
     a, b = semi_axes(shape)
     count, table = quadrant_table(a, b, SECTOR_PX, SECTOR_ANGLE)
     rows = arc_geometry(shape, sector_angles(count, table))
     motion = 0.5 * math.hypot(settings[1], settings[2])
-    limits = np.array([min(HALF_PX + motion, 0.5 * min(a, b)), HALF_PX + motion, settings[0]])
+    limits = np.array([min(HALF_PX + motion, 0.5 * min(a, b)), HALF_PX + motion, settings[0], masked])
     pixels, sectors, _ = collect_band(values, shape, count, table, limits)
     scene = np.array([shape[0], shape[1], shape[2], settings[1], settings[2]])
     return Band(pixels, sectors, rows, scene, settings)
@@ -213,7 +216,12 @@ def refine_shape(values: NDArray[np.float32], shape: Floats, free: Ints, setting
     report = np.zeros(REPORT)
     report[STATUS] = LOST
     nothing = np.zeros((free.size, free.size))
-    band = gather_band(values, shape, settings)
+    masked = math.nan
+    band = gather_band(values, shape, settings, masked)
+    if math.isnan(first_levels(band.pixels, band.sectors, band.rows.shape[0])[1]):
+        # no light was left outside of the edge: it was clipped and masked, so it is at least the ground's 1
+        masked = 1.0
+        band = gather_band(values, shape, settings, masked)
     belief = first_belief(band)
     if math.isnan(belief.nuisance[LEVEL_IN]):
         return nothing, report
@@ -229,7 +237,7 @@ def refine_shape(values: NDArray[np.float32], shape: Floats, free: Ints, setting
             return nothing, report
         if far < RECOLLECT_PX:
             break
-        band = gather_band(values, shape, settings)
+        band = gather_band(values, shape, settings, masked)
         moved, factor, sums, verdict = solve_band(band, belief, free, 0)
     report[RESIDUAL], chi2 = residual_statistics(sums, verdict, free.size)
     if math.isnan(chi2):

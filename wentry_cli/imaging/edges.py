@@ -14,6 +14,8 @@ Floats = NDArray[np.float64]
 CANDIDATES = 3
 KERNEL_SIGMA_PX = 1.6
 KERNEL_REACH_PX = 4.0
+# Masked samples behind one brighter than this are taken to be clipped ground, whose transmission is 1.
+BRIGHT = 0.22
 
 
 @compiled
@@ -71,8 +73,8 @@ def sample_ray(
 ) -> tuple[int, int]:
     """Fill ``profile`` from -reach outwards along one ray, averaged over parallel lines 1 px apart.
 
-    Masked samples take the nearest valid value on the inner side (or the first valid one). Returns the first and
-    last valid index, (0, -1) where there is none.
+    Masked samples take the nearest valid value on the inner side (or the first valid one), and the ground's 1 behind
+    bright ones. Returns the first and last valid index, (0, -1) where there is none.
     """
     longest = max(reach, step * (profile.size - 1) - reach)
     if ray_is_inside(values.shape, ray, longest, 0.5 * lines) and not math.isnan(
@@ -89,7 +91,7 @@ def sample_ray(
             row = ray[1] + along * ray[3] + aside * ray[2]
             total += bilinear(values, column, row)
         if math.isnan(total):
-            profile[n] = held
+            profile[n] = max(1.0, held) if held > BRIGHT else held
             continue
         held = total / lines
         profile[n] = held
