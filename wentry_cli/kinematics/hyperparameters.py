@@ -11,13 +11,15 @@ from wentry_cli.kinematics import likelihood
 from wentry_cli.kinematics.state_pass import Record, StatePass, smooth
 
 Array = NDArray[np.float64]
+LONG_RECORD = 4000
+ABOUT_EVENT = 500
 
 
 def fit_pass(record: Record, *, budget: int = 160) -> StatePass:
     """Smooth ``record`` with the hyperparameters of greatest likelihood; one (a bandwidth) where it has no event."""
     grid = _grid(record)
     model = (
-        record.nodes,
+        _thinned(record),
         record.events,
         record.start_mean,
         record.start_covariance,
@@ -28,6 +30,18 @@ def fit_pass(record: Record, *, budget: int = 160) -> StatePass:
     return smooth(record, theta)
 
 
+def _thinned(record: Record) -> Array:
+    """The nodes that the likelihood is taken of: all about the events, every k-th elsewhere in a long record."""
+    nodes = record.nodes
+    stride = nodes.shape[0] // LONG_RECORD
+    if stride < 2:
+        return nodes
+    keep = np.arange(nodes.shape[0]) % stride == 0
+    for at in np.flatnonzero(nodes[:, 3] >= 0):
+        keep[max(at - ABOUT_EVENT, 0) : at + ABOUT_EVENT] = True
+    return np.ascontiguousarray(nodes[keep])
+
+
 def _grid(record: Record) -> Array:
     length = float(record.nodes[-1, 0] - max(record.events[0] if record.events.size else 0.0, 0.0))
     lasting = np.log(length * np.array([0.03, 0.1, 0.3]))
@@ -36,7 +50,7 @@ def _grid(record: Record) -> Array:
     brief = np.log(length * np.array([0.01, 0.03]))
     decay = np.log(length * np.array([0.02, 0.1]))
     strike = np.log(_acceleration_scale(record) * np.array([0.5, 5.0]))
-    slam = np.log(length * np.array([0.005, 0.02]))
+    slam = np.log(np.array([1.5, 5.0]))
     later = (np.log(0.3),) if record.events.size > 1 else ()
     return np.array([(*row, *later) for row in product(lasting, brief, decay, strike, slam)])
 
@@ -72,7 +86,7 @@ def _residuals(record: Record, theta: Array) -> tuple[Array, Array, Array]:
     rows = record.nodes[record.nodes[:, 3] < 0]
     times = record.origin_s + rows[:, 0] * record.interval_s
     fitted = result.evaluate(times)[0][:, 0] / record.noise_m - record.polynomial(rows[:, 0])[:, 0]
-    leverage = result.leverage(times, rows[:, 2] * record.noise_m**2)
+    leverage = np.minimum(result.leverage(times, rows[:, 2] * record.noise_m**2), 1.0 - 1e-9)
     return (rows[:, 1] - fitted) / np.sqrt(rows[:, 2]), leverage, fitted
 
 

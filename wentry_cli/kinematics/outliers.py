@@ -55,15 +55,19 @@ def _neighbour_score(t: Array, y: Array, variance: Array) -> Array:
     return score
 
 
-def late_suspects(passes: tuple[StatePass, ...], times: Array, position: Array, variance: Array) -> NDArray[np.bool_]:
-    """Return a mask of frames whose residual, with the frame itself left out, exceeds 4 robust standard deviations.
+def late_suspects(
+    passes: tuple[StatePass, ...], times: Array, position: Array, variance: Array, used: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Return a mask of frames off the track that all the others give by more than 4 robust standard deviations.
 
-    Where the record was smoothed with more than one order a frame is suspect only if it is so by each.
+    Frames that were left out before (not ``used``) are judged anew. Where the record was smoothed with more than one
+    order a frame is suspect only if it is so by each.
     """
     suspect = np.ones(times.size, dtype=bool)
     for result in passes:
         residual = position - result.evaluate(times)[0][:, 0]
-        score = residual / np.sqrt(variance * (1.0 - result.leverage(times, variance)))
-        limit = LATE * MAD_TO_SD * float(np.median(np.abs(score)))
+        own = result.leverage(times, variance)
+        score = residual / np.sqrt(variance * np.where(used, 1.0 - np.minimum(own, 1.0 - 1e-9), 1.0 + own))
+        limit = LATE * MAD_TO_SD * float(np.median(np.abs(score[used])))
         suspect &= (np.abs(score) > limit) & (np.abs(residual) > 1e-9 * float(np.ptp(position)))
     return suspect

@@ -22,6 +22,7 @@ from wentry_cli.kinematics.state_pass import Ballistic, StatePass, prepare
 Array = NDArray[np.float64]
 Mode = Literal["impact_aware", "gcv", "epps"]
 MINIMUM_FRAMES = 6
+ROUNDS = 4
 NEAR_EVENT_FRAMES = 8.0  # 4 ms at the paper's 2000 fps
 
 
@@ -97,25 +98,32 @@ def smooth_track(
         raise ValueError("times must increase")
     position = np.asarray(position_m, dtype=float)
     variance = np.broadcast_to(np.asarray(position_unc_m, dtype=float) ** 2, times.shape)
-    good = np.isfinite(position) & np.isfinite(variance) & (variance > 0)
-    if good.sum() < MINIMUM_FRAMES:
+    measured = np.isfinite(position) & np.isfinite(variance) & (variance > 0)
+    if measured.sum() < MINIMUM_FRAMES:
         return _too_few(times, position)
     events = np.asarray(sorted(events_s) if mode == "impact_aware" else (), dtype=float)
-    good[good] = ~first_suspects(times[good], position[good], variance[good], events)
-    passes = _fit(times[good], position[good], variance[good], events, (mode, ballistic))
-    for _ in range(3):
-        suspects = late_suspects(passes, times[good], position[good], variance[good])
-        if not suspects.any() or (~suspects).sum() < MINIMUM_FRAMES:
+    record = (times[measured], position[measured], variance[measured])
+    used = ~first_suspects(*record, events)
+    passes = _fit(record, used, events, (mode, ballistic))
+    for _ in range(ROUNDS):
+        suspects = late_suspects(passes, *record, used)
+        if np.array_equal(suspects, ~used) or (~suspects).sum() < MINIMUM_FRAMES:
             break
-        good[good] = ~suspects
-        passes = _fit(times[good], position[good], variance[good], events, (mode, ballistic))
+        used = ~suspects
+        passes = _fit(record, used, events, (mode, ballistic))
+    good = measured.copy()
+    good[measured] = used
     frames = _blend(passes, times, events, False)
     return SmoothTrack(frames, good, position - frames.position, passes[0].noise_scale, events, passes, "ok")
 
 
 def _fit(
-    times: Array, position: Array, variance: Array, events: Array, how: tuple[Mode, Ballistic]
+    measured: tuple[Array, Array, Array],
+    used: NDArray[np.bool_],
+    events: Array,
+    how: tuple[Mode, Ballistic],
 ) -> tuple[StatePass, ...]:
+    times, position, variance = (part[used] for part in measured)
     mode, ballistic = how
     if mode != "impact_aware":
         record = prepare(times, position, variance, events_s=events, order=3, ballistic=ballistic)

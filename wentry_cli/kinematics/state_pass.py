@@ -165,9 +165,9 @@ class StatePass:
         return states, covariance
 
     def leverage(self, times_s: Array, variance: Array) -> Array:
-        """Return V/r of measured frames: the share of a frame's own measurement in its smoothed position."""
+        """Return V/r: of a frame that was used, the share of its own measurement in its smoothed position (< 1)."""
         spread = self.evaluate(times_s)[1][:, 0, 0] / self.noise_scale**2
-        return np.clip(spread / variance, 0.0, 1.0 - 1e-9)
+        return np.asarray(np.maximum(spread, 0.0) / variance)
 
 
 def smooth(record: Record, theta: Array) -> StatePass:
