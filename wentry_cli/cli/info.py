@@ -32,7 +32,13 @@ def command(paths: tuple[Path, ...], duplicates: bool, as_json: bool) -> None:
     else:
         for facts in described:
             for name, value in facts.items():
-                click.echo(f"{name + ':':22} {'–' if value is None else value}")
+                click.echo(f"{name + ':':22} {_shown(value)}")
             click.echo()
     if problems:
         raise InputError("\n".join(problems))
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, list):
+        return "; ".join(map(str, value)) or "–"
+    return "–" if value is None else f"{value:.9g}" if isinstance(value, float) else str(value)

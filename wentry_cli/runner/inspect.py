@@ -31,7 +31,8 @@ def _sentence(drop: Drop, view: str) -> str:
         recording.close()
     if info.fps is None or not info.rate_trusted:
         raise ConfigurationError(
-            f"{drop.folder / 'experiment.yaml'}: views.{view}.fps is needed: {info.path.name} does not tell the camera's rate"
+            f"{drop.folder / 'experiment.yaml'}: views.{view}.fps is needed: "
+            f"{info.path.name} does not tell the camera's rate"
         )
     return (
         f"{info.format}, {info.frame_count} frames of {info.width} x {info.height}, {info.bit_depth} bit, "
