@@ -30,8 +30,8 @@ TRIAL_PX = 0.2
 OUTLIER_PX = 1.5
 LEAST_UNC_PX, MOST_UNC_PX = 0.2, 2.0
 MOST_DISAGREEMENT_PX = 5.0
-# A wall that leaves steeply is seen by few rays, and the filter rounds the corner: px per unit of slope beyond.
-STEEP_SLOPE, STEEP_UNC_PX = 0.5, 1.5
+# A wall that leaves steeply is seen by few rays, and the filter rounds the corner.
+FEW_RAYS, FEW_UNC_PX = 7, 1.9
 TRUST_SIDES = 3.0
 
 
@@ -209,9 +209,9 @@ def corner(length: Floats, path: Floats, off: Floats) -> tuple[float, float, flo
     best = int(np.argmin(totals))
     scatter2 = max(noise * noise, totals[best] / max(1, high - low - 3))
     near = rows[totals < totals[best] + 2.0 * scatter2]
-    slope = off[high - 1] / max(TRIAL_PX, length[high - 1] - trials[best])
-    steep = STEEP_UNC_PX * max(0.0, slope - STEEP_SLOPE)
-    unc = math.hypot(math.hypot(0.5 * (np.max(near) - np.min(near)), LEAST_UNC_PX), steep)
+    on_wall = np.sum(length[low:high] > trials[best])
+    few = FEW_UNC_PX if on_wall < FEW_RAYS else 0.0
+    unc = math.hypot(math.hypot(0.5 * (np.max(near) - np.min(near)), LEAST_UNC_PX), few)
     if unc > MOST_UNC_PX or best == 0:
         return math.nan, math.nan, NO_CORNER
     return rows[best], unc, SEEN
