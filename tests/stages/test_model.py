@@ -89,6 +89,18 @@ def test_shallow_valleys_do_not_move_the_ratio(tmp_path):
     assert fit["residual_rms"] > 0.01
 
 
+def test_uncertainties_hold_the_misfit_of_the_model(tmp_path):
+    _, _, centre = write_inputs(tmp_path, noise=0.0005, shallow=0.7)
+    model.run(tmp_path, make_drop(tmp_path))
+    motion = read_table(tmp_path, "kinematics_model")
+    t = motion["t_s"].to_numpy()
+    late = (t > 0.02) & (t < 0.08)
+    speed = np.gradient(centre, t)
+    for name, truth in (("y_c_m", centre), ("v_c_m_s", speed)):
+        score = (motion[name].to_numpy() - truth)[late] / motion[f"{name}_unc"].to_numpy()[late]
+        assert 0.2 < np.sqrt(np.mean(score**2)) < 2.0, name
+
+
 def test_gap_in_the_stretch_is_bridged_by_the_model_and_one_before_the_peak_stays_empty(tmp_path):
     write_inputs(tmp_path)
     table = read_table(tmp_path, "stretch")

@@ -186,16 +186,27 @@ def _kinematics_table(
     seen = column(measured, "stretch")
     after = times >= (first.time_s if first.found else 0.0)
     used = np.where(after, _scaled_stretch(fit, first, material, times), seen)
-    used_unc = np.where(after, _misfit(fit, first, material, stretch), column(measured, "stretch_unc"))
+    # The smoother sees the noise of the images; the misfit of the model is no noise and is added afterwards.
+    used_unc = np.where(after, 0.0, column(measured, "stretch_unc"))
     by_model = np.where(np.isfinite(seen), "model", "bridge") if first.found else np.full(times.shape, "")
     source = np.where(after, by_model, "measured")
     motion = entry_motion(folder, drop, (used, used_unc))
     columns: dict[str, Any] = {name: kinematics[name] for name in ("frame", "t_s", "x_c_m")}
     columns |= motion_columns(motion) | {"stretch_source": [word or None for word in source]}
+    misfit = np.where(after, _misfit(fit, first, material, stretch), 0.0)
+    _add_misfit(columns, 2.0 * material.radius_m / used**3 * misfit, 2.0 * math.pi / fit.period_exp_s)
     early = early_shape_time(material.radius_m, material.g_inf_pa, material.density_kg_m3)
     lacking = "not_identified" if first.found else fit.status
     columns["status"] = _statuses(kinematics["status"], columns, (early, lacking))
     return new_table("kinematics_model", columns)
+
+
+def _add_misfit(columns: dict[str, Any], height: FloatArray, frequency: float) -> None:
+    """Add an error of y_c of standard size ``height`` that swings with the sphere to the uncertainties."""
+    if not math.isfinite(frequency):
+        return
+    for power, name in enumerate(("y_c_m_unc", "v_c_m_s_unc", "a_c_m_s2_unc")):
+        columns[name] = np.hypot(columns[name], height * frequency**power)
 
 
 def _statuses(given: pd.Series[str], columns: dict[str, Any], model: tuple[float, str]) -> list[str]:
