@@ -103,9 +103,6 @@ def plan_scene(scene: Scene) -> tuple[Course, dict[str, NDArray[np.float64]]]:
     phase = float(rng.uniform(0.1, 0.9)) if scene.clip.impact_phase is None else scene.clip.impact_phase
     course = plan_course(scene, phase)
     times = {v: course.times(c.fps) for v, c in (("side", scene.side), ("top", scene.top)) if c is not None}
-    for view, camera in (("side", scene.side), ("top", scene.top)):
-        if camera is not None and camera.empty_frames:
-            times[view] = times[view][: max(times[view].size, 1)]
     return course, times
 
 
@@ -123,14 +120,14 @@ def render_drop(scene: Scene, folder: Path, *, progress: Progress | None = None)
         if progress is not None:
             progress(count, total)
 
-    folder.mkdir(parents=True, exist_ok=True)
+    write_truth(course, folder / "truth", times.get("side"), times.get("top"))
     sources = {}
     for view, camera in (("side", scene.side), ("top", scene.top)):
         if camera is not None:
             sources[view] = _write_view(_film(course, camera, view), view, folder, times[view], done)
+    # Last, so that a drop whose rendering was cut short is not taken for one.
     text = yaml.safe_dump(describe_experiment(scene, sources), sort_keys=False)
     (folder / "experiment.yaml").write_text(text, encoding="utf-8")
-    write_truth(course, folder / "truth", times.get("side"), times.get("top"))
 
 
 def render_campaign(path: Path, folder: Path, jobs: int = 1, *, progress: Progress | None = None) -> list[Path]:

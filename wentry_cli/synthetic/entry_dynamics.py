@@ -107,7 +107,7 @@ def solve_entry(scene: Scene, *, end_s: float) -> Motion:
     step = 0.02 * radius / speed
     solution = solve_ivp(
         derivative, (0.0, end_s), [radius, -speed, 0.0], "DOP853",
-        rtol=1e-8, atol=1e-10, dense_output=True, first_step=step / 100, max_step=5 * step,
+        rtol=1e-8, atol=1e-10, dense_output=True, first_step=step / 100, max_step=20 * step,
     )  # fmt: skip
     if not solution.success:
         raise RuntimeError(f"the entry could not be integrated: {solution.message}")

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -62,44 +65,73 @@ def _draw_mirror_image(outline: Floats, view: SideGeometry) -> list[Polygon]:
     return view.draw(twin, 0.4, MIRROR)
 
 
-def _draw_droplets(course: Course, t: float, view: SideGeometry, count: int) -> list[Polygon]:
-    """Droplets thrown up by the impact, in free flight in front of the scene."""
-    rng = np.random.default_rng(course.scene.seed + 11)
-    speed, radius = course.motion.speed_m_s, course.motion.radius_m
-    g = course.scene.physics.gravity_m_s2
-    polygons = []
+@dataclass(frozen=True)
+class Speck:
+    """A droplet or bubble: its outline about its centre, its grey level, when it appears, where, and how it moves."""
+
+    outline: Floats
+    level: float
+    size_m: float
+    start_s: float
+    place: tuple[float, float]
+    motion: tuple[float, float]
+
+
+@lru_cache(maxsize=8)
+def _throw_droplets(seed: int, count: int, radius_m: float, speed_m_s: float) -> tuple[Speck, ...]:
+    """Droplets that the impact throws up: place is the start in metres, motion a velocity."""
+    rng = np.random.default_rng(seed + 11)
+    specks = []
     for _ in range(count):
-        start = rng.uniform(0.0, 4.0 * radius / speed)
-        vx, vy = 0.25 * speed * rng.normal(), speed * rng.uniform(0.05, 0.4)
-        x0, size = radius * rng.normal(), radius * float(np.exp(rng.normal(-3.0, 0.4)))
+        start = rng.uniform(0.0, 4.0 * radius_m / speed_m_s)
+        motion = (0.25 * speed_m_s * rng.normal(), speed_m_s * rng.uniform(0.05, 0.4))
+        place, size = (radius_m * rng.normal(), 0.0), radius_m * float(np.exp(rng.normal(-3.0, 0.4)))
         blob = draw_blob((0.0, 0.0), size, rng, points=24)
-        s = t - start
-        y = vy * s - 0.5 * g * s * s
+        specks.append(Speck(blob, float(rng.uniform(0.05, 0.4)), size, float(start), place, motion))
+    return tuple(specks)
+
+
+def _draw_droplets(course: Course, t: float, view: SideGeometry, count: int) -> list[Polygon]:
+    """Droplets in free flight in front of the scene."""
+    radius, g = course.motion.radius_m, course.scene.physics.gravity_m_s2
+    polygons = []
+    for speck in _throw_droplets(course.scene.seed, count, radius, course.motion.speed_m_s):
+        s = t - speck.start_s
+        y = speck.motion[1] * s - 0.5 * g * s * s
         if s > 0.0 and y > -0.2 * radius:
-            polygons += view.draw(shift_outline(blob, x0 + vx * s, y), float(rng.uniform(0.05, 0.4)), IN_FRONT)
+            at = shift_outline(speck.outline, speck.place[0] + speck.motion[0] * s, y)
+            polygons += view.draw(at, speck.level, IN_FRONT)
     return polygons
+
+
+@lru_cache(maxsize=8)
+def _place_bubbles(seed: int, count: int, radius_m: float) -> tuple[Speck, ...]:
+    """Bubbles: place is (share of the lower half of the outline, distance off it in their own size), motion a drift."""
+    rng = np.random.default_rng(seed + 23)
+    specks = []
+    for _ in range(count):
+        birth = rng.uniform(0.0, 0.12)
+        at, drift = rng.uniform(0.0, 1.0), rng.normal(0.0, 0.02)
+        size, off = radius_m * float(np.exp(rng.normal(-2.9, 0.35))), rng.uniform(-0.4, 1.0)
+        blob = draw_blob((0.0, 0.0), size, rng, points=24)
+        specks.append(Speck(blob, float(rng.uniform(0.1, 0.5)), size, float(birth), (at, off), (drift, 0.0)))
+    return tuple(specks)
 
 
 def _draw_bubbles(course: Course, t: float, outline: Floats, view: SideGeometry) -> list[Polygon]:
     """Bubbles and drops that cling to the wetted edge of the sphere for a while and hide it."""
-    count = course.scene.switches.bubbles
-    rng = np.random.default_rng(course.scene.seed + 23)
     radius = course.motion.radius_m
     life = 6.0 * radius / course.motion.speed_m_s
+    middle = outline.mean(axis=0)
     polygons = []
-    for _ in range(count):
-        birth = rng.uniform(0.0, 0.12)
-        at, drift = rng.uniform(0.0, 1.0), rng.normal(0.0, 0.02)
-        size, off = radius * float(np.exp(rng.normal(-2.9, 0.35))), rng.uniform(-0.4, 1.0)
-        blob = draw_blob((0.0, 0.0), size, rng, points=24)
-        level = float(rng.uniform(0.1, 0.5))
-        s = (t - birth) / life
+    for speck in _place_bubbles(course.scene.seed, course.scene.switches.bubbles, radius):
+        s = (t - speck.start_s) / life
         if 0.0 < s < 1.0:
-            # psi from the lowest point, over the lower half of the outline
-            index = int((at - 0.5 + drift * s) * 0.5 * len(outline)) % len(outline)
-            point = outline[index]
-            away = point - outline.mean(axis=0)
-            polygons += view.draw(blob + point + away / np.hypot(*away) * off * size, level, IN_FRONT)
+            # the outline starts at the lowest point and runs around; the lower half is the quarter on either side
+            index = int((speck.place[0] - 0.5 + speck.motion[0] * s) * 0.5 * len(outline)) % len(outline)
+            away = outline[index] - middle
+            x, y = outline[index] + away / np.hypot(*away) * speck.place[1] * speck.size_m
+            polygons += view.draw(shift_outline(speck.outline, x, y), speck.level, IN_FRONT)
     return polygons
 
 

@@ -3,7 +3,7 @@
 Every polygon carries a layer and a grey level; where polygons overlap, the highest layer is seen. Scan lines cross the
 outlines at exact abscissae; each step of the visible level is laid down as a step that has been blurred by the point
 spread function and integrated over the pixel, so the horizontal position of an edge is exact and the vertical one is
-limited by the number of scan lines (``LINES_PER_ROW``), not by the pixel.
+limited by the number of scan lines (16 in a pixel, 256 where an outline turns around), not by the pixel.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ from scipy.special import erf
 from wentry_cli.compiled import compiled
 
 GRID_ROWS = 4
-LINES_PER_ROW = 16
+LINES_PER_FINE_ROW = 4
+LINES_AT_TURNS = 64
 TABLE_STEPS = 256
 REACH_SIGMA = 4.5
 
@@ -83,36 +84,56 @@ def _column_kernel(sigma: float) -> tuple[NDArray[np.float32], int]:
 
 
 @compiled
-def _find_crossings(points, starts, first, n_lines, lines_per_row):  # type: ignore[no-untyped-def]
-    n_polygons = starts.size - 1
-    count = np.zeros(n_lines + 1, np.int64)
+def _place_lines(points, starts, first, n_fine, grid_rows):  # type: ignore[no-untyped-def]
+    """Heights of the scan lines and the first line of each fine row: many more where an outline turns around."""
+    lines = np.full(n_fine, LINES_PER_FINE_ROW)
+    for p in range(starts.size - 1):
+        a, b = starts[p], starts[p + 1]
+        for i in range(a, b):
+            before = points[i - 1 if i > a else b - 1, 1]
+            after = points[i + 1 if i + 1 < b else a, 1]
+            y = points[i, 1]
+            if (y - before) * (after - y) <= 0.0:
+                row = int(np.floor((y - first) * grid_rows))
+                for m in range(max(row - 1, 0), min(row + 2, n_fine)):
+                    lines[m] = LINES_AT_TURNS
+    begin = np.zeros(n_fine + 1, np.int64)
+    for m in range(n_fine):
+        begin[m + 1] = begin[m] + lines[m]
+    heights = np.empty(begin[-1])
+    for m in range(n_fine):
+        for k in range(lines[m]):
+            heights[begin[m] + k] = first + (m + (k + 0.5) / lines[m]) / grid_rows
+    return heights, begin
+
+
+@compiled
+def _find_crossings(points, starts, heights):  # type: ignore[no-untyped-def]
+    count = np.zeros(heights.size + 1, np.int64)
     for stage in range(2):
         if stage == 1:
-            for k in range(n_lines):
+            for k in range(heights.size):
                 count[k + 1] += count[k]
             cursor = count[:-1].copy()
             xs = np.empty(count[-1], np.float64)
             who = np.empty(count[-1], np.int64)
             sense = np.empty(count[-1], np.int64)
-        for p in range(n_polygons):
+        for p in range(starts.size - 1):
             a, b = starts[p], starts[p + 1]
             for i in range(a, b):
                 j = i + 1 if i + 1 < b else a
-                ya = (points[i, 1] - first) * lines_per_row - 0.5
-                yb = (points[j, 1] - first) * lines_per_row - 0.5
+                ya, yb = points[i, 1], points[j, 1]
                 if ya == yb:
                     continue
                 direction = 1 if yb > ya else -1
                 low, high = (ya, yb) if yb > ya else (yb, ya)
-                k0 = max(int(np.ceil(low)), 0)
-                k1 = min(int(np.ceil(high)), n_lines)
                 slope = (points[j, 0] - points[i, 0]) / (yb - ya)
-                for k in range(k0, k1):
+                for k in range(np.searchsorted(heights, low), np.searchsorted(heights, high)):
                     if stage == 0:
                         count[k + 1] += 1
                     else:
                         c = cursor[k]
-                        xs[c] = points[i, 0] + slope * (k - ya)
+                        xs[c] = points[i, 0] + slope * (heights[k] - ya)
                         who[c] = p
                         sense[c] = direction
                         cursor[k] = c + 1
@@ -122,7 +143,8 @@ def _find_crossings(points, starts, first, n_lines, lines_per_row):  # type: ign
 @compiled
 def _lay_steps(fine, crossings, levels, layers, table, placing):  # type: ignore[no-untyped-def]
     count, xs, who, sense = crossings
-    x0, weight, lines_per_fine = placing
+    x0, share, begin = placing
+    m = 0
     half = table.shape[1] // 2 - 1
     n_lines = count.size - 1
     width = fine.shape[1]
@@ -145,7 +167,10 @@ def _lay_steps(fine, crossings, levels, layers, table, placing):  # type: ignore
             sense[j + 1] = s
         n_active = 0
         seen = 1.0
-        row = fine[k // lines_per_fine]
+        while k >= begin[m + 1]:
+            m += 1
+        row = fine[m]
+        weight = share / (begin[m + 1] - begin[m])
         for i in range(a, b):
             p = who[i]
             before = winding[p]
@@ -154,17 +179,17 @@ def _lay_steps(fine, crossings, levels, layers, table, placing):  # type: ignore
                 active[n_active] = p
                 n_active += 1
             elif winding[p] == 0:
-                for m in range(n_active):
-                    if active[m] == p:
-                        active[m] = active[n_active - 1]
+                for q in range(n_active):
+                    if active[q] == p:
+                        active[q] = active[n_active - 1]
                         n_active -= 1
                         break
             top = 1.0
             best = -1000000
-            for m in range(n_active):
-                if layers[active[m]] > best:
-                    best = layers[active[m]]
-                    top = levels[active[m]]
+            for q in range(n_active):
+                if layers[active[q]] > best:
+                    best = layers[active[q]]
+                    top = levels[active[q]]
             step = (top - seen) * weight
             seen = top
             if step == 0.0:
@@ -222,15 +247,14 @@ def lay_polygons(
     if not polygons:
         return
     _, reach = _column_kernel(psf_px)
-    lines_per_fine = LINES_PER_ROW // GRID_ROWS
     points = np.concatenate([p.points for p in polygons])
     starts = np.cumsum([0] + [len(p.points) for p in polygons])
     first = window.y0 - 0.5 - reach / GRID_ROWS
-    crossings = _find_crossings(points, starts, first, fine.shape[0] * lines_per_fine, float(LINES_PER_ROW))
+    heights, begin = _place_lines(points, starts, first, fine.shape[0], GRID_ROWS)
+    crossings = _find_crossings(points, starts, heights)
     levels = np.array([p.level for p in polygons])
     layers = np.array([p.layer for p in polygons])
-    placing = (float(window.x0), weight / lines_per_fine, lines_per_fine)
-    _lay_steps(fine, crossings, levels, layers, _step_table(psf_px), placing)
+    _lay_steps(fine, crossings, levels, layers, _step_table(psf_px), (float(window.x0), weight, begin))
 
 
 def finish_rows(fine: NDArray[np.float32], window: Window, psf_px: float) -> NDArray[np.float32]:

@@ -18,6 +18,7 @@ from wentry_cli.synthetic.scene import Physics
 
 Floats = NDArray[np.float64]
 STEPS_PER_RADIUS = 100
+WETTING_HEIGHT = 0.25
 
 
 @dataclass(frozen=True)
@@ -120,6 +121,24 @@ def _refine(depth: Floats, closes: Floats, z: float) -> tuple[float, float]:
     return float(z + shift * (depth[1] - depth[0])), float(b - 0.125 * (a - c) ** 2 / bend)
 
 
+def _count_dry_rings(motion: Motion, cavity_rings: tuple[Floats, Floats, Floats, Floats], gravity: float) -> int:
+    """Number of rings laid before the wall has run up the sphere: a wetted shoulder draws no new cavity.
+
+    Looks at the ring WETTING_HEIGHT radii above each new one, at the time of its birth: if that wall lies inside the
+    sphere, water has closed over the contact line.
+    """
+    depth, born, radius, speed = cavity_rings
+    above = round(WETTING_HEIGHT * STEPS_PER_RADIUS)
+    new, old = np.arange(above, depth.size), np.arange(0, depth.size - above)
+    s = born[new] - born[old]
+    wall = radius[old] ** 2 + 2.0 * radius[old] * speed[old] * s - gravity * depth[old] * s * s
+    stretch, _ = motion.stretch(born[new])
+    relative = (-depth[old] - motion.center(born[new])[0]) * stretch**2 / motion.radius_m
+    sphere = np.maximum(1.0 - relative**2, 0.0) * (stretch * motion.radius_m) ** 2
+    wetted = np.flatnonzero((np.abs(relative) < 1.0) & (wall < sphere))
+    return int(new[wetted[0]]) if wetted.size else depth.size
+
+
 def build_cavity(motion: Motion, physics: Physics) -> Cavity:
     """Rings left by the sphere of ``motion`` and the seal that emerges from them."""
     t = np.linspace(0.0, motion.end_s, 20001)
@@ -132,6 +151,8 @@ def build_cavity(motion: Motion, physics: Physics) -> Cavity:
     _, rate = motion.stretch(born)
     widening = np.maximum(rate, 0.0) * motion.radius_m
     speed = physics.wall_speed * np.maximum(-velocity, 0.0) + physics.wall_stretch_speed * widening
+    dry = _count_dry_rings(motion, (grid, born, r0, speed), physics.gravity_m_s2)
+    grid, born, r0, speed = grid[:dry], born[:dry], r0[:dry], speed[:dry]
     expansions = find_expansions(motion)
     number = 1 + np.searchsorted(expansions, born)
     starts = tuple((float(s), float(np.interp(s, t, np.maximum.accumulate(contact)))) for s in expansions)

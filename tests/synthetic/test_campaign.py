@@ -1,0 +1,129 @@
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from tests.synthetic.drops import SOFT, make_scene
+from wentry_cli.config.models import Experiment
+from wentry_cli.synthetic.camera_view import place_side
+from wentry_cli.synthetic.campaign import FIRST_NUMBER, describe_experiment, plan_scene, render_campaign, render_drop
+from wentry_cli.synthetic.film import Film
+from wentry_cli.synthetic.nuisance import draw_static
+from wentry_cli.synthetic.side_view import draw_side_instant, see_instant
+
+TOP = {"width": 96, "height": 96, "scale_px_per_m": 900.0, "camera_distance_m": 1.5, "fps": 500.0}
+SIDE = {"width": 120, "height": 200, "scale_px_per_m": 500.0, "surface_y_px": 60.3, "fps": 500.0}
+SPOILT = {
+    "misfit": [0.003, 0.004], "droplets": 20, "bubbles": 10, "wet_scale": 1.05, "mirror_image": True,
+    "surface_band_px": 12.0, "surface_band_uneven": 0.5, "opaque_crown": True, "ragged_crown": 1.0,
+    "translucent_sphere": True, "tilt_deg": 3.0, "drift_m_s": 0.2, "flicker": 0.01, "hot_pixels": 9,
+    "second_object": True, "jets": True,
+}  # fmt: skip
+
+
+def digest(folder: Path) -> dict[str, str]:
+    files = sorted(p for p in folder.rglob("*") if p.is_file())
+    return {str(p.relative_to(folder)): hashlib.sha256(p.read_bytes()).hexdigest() for p in files}
+
+
+def film(scene) -> Film:
+    course, _ = plan_scene(scene)
+    return Film(course, scene.side, draw_side_instant, draw_static(scene, place_side(scene)), 3)
+
+
+def test_same_seed_same_bytes_with_every_switch(tmp_path):
+    scene = make_scene(side={**SIDE, "bits": 12, "format": "mraw"}, top=TOP, switches=SPOILT, clip={"longest_s": 0.05})
+    render_drop(scene, tmp_path / "a")
+    render_drop(scene, tmp_path / "b")
+    first = digest(tmp_path / "a")
+    assert first == digest(tmp_path / "b")
+    assert {"side.cihx", "side.mraw", "experiment.yaml", "truth/truth.csv", "truth/top.csv"} <= set(first)
+    render_drop(scene.model_copy(update={"seed": 6}), tmp_path / "c")
+    assert digest(tmp_path / "c")["side.mraw"] != first["side.mraw"]
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {"side": SIDE, "top": TOP},
+        {"kind": "surface_impact", "side": {**SIDE, "surface_y_px": 180.0}},
+        {"kind": "free_flight", "impact_speed_m_s": 1.0, "side": SIDE},
+        {"side": {**SIDE, "format": "mraw", "bits": 12, "empty_frames": 3}, "switches": {"wet_scale": 1.05}},
+        {"side": None, "top": TOP},
+    ],
+)
+def test_experiment_obeys_the_contract(keys):
+    scene = make_scene(**keys)
+    text = yaml.safe_dump(describe_experiment(scene, {"side": "side", "top": "top"}))
+    experiment = Experiment.model_validate(yaml.safe_load(text))
+    assert experiment.kind == scene.kind
+    assert "scale_px_per_m: 500" not in text
+
+
+def test_edge_of_the_rendered_sphere_is_where_the_truth_has_it():
+    scene = make_scene(side={"width": 200, "height": 320, "scale_px_per_m": 2000.0, "surface_y_px": 250.3,
+                             "exposure_s": 0.0, "lamp": {"dark": 0.0}})  # fmt: skip
+    picture = film(scene)
+    t = -0.012
+    hidden = 1.0 - picture.transmission(t).astype(float)[:230]
+    now, view = see_instant(picture.course, t), place_side(scene)
+    rows, columns = np.mgrid[: hidden.shape[0], : hidden.shape[1]]
+    radius = 0.0255 * 2000.0
+    assert np.sqrt(hidden.sum() / np.pi) == pytest.approx(radius, abs=1e-3)
+    assert (hidden * rows).sum() / hidden.sum() == pytest.approx(view.surface_y_px - 2000.0 * now.y_c_m, abs=3e-3)
+    assert (hidden * columns).sum() / hidden.sum() == pytest.approx(99.5, abs=3e-3)
+
+
+def test_only_what_changes_is_drawn_anew():
+    picture = film(make_scene(switches={"second_object": True, "surface_band_px": 10.0}))
+    frame = picture.transmission(0.03)
+    changed = frame != picture.background
+    assert not changed[:, :20].any()
+    assert changed[100:160, 60:140].any()
+
+
+def test_cavity_has_dark_walls_and_a_bright_core():
+    picture = film(make_scene(side={"width": 360, "height": 640, "scale_px_per_m": 1400.0, "surface_y_px": 130.0}))
+    frame = picture.transmission(0.07)
+    now = see_instant(picture.course, 0.07)
+    k = int(np.argmin(np.abs(now.depth - 0.06)))
+    row = round(130.0 + 1400.0 * 0.06)
+    width = 1400.0 * now.wall[k]
+    assert frame[row, 180] > 0.6
+    assert frame[row, round(179.5 + 0.9 * width)] < 0.1
+    assert frame[row, round(179.5 + width + 6)] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_refraction_makes_the_sphere_larger_below_the_surface():
+    side = {"width": 360, "height": 640, "scale_px_per_m": 1400.0, "surface_y_px": 130.0}
+    dry, wet = (film(make_scene(side=side, switches={"wet_scale": s})).transmission(0.06) for s in (1.0, 1.06))
+    below = slice(300, None)
+    assert (1.0 - wet[below]).sum() > (1.0 - dry[below]).sum() * 1.05
+
+
+def test_dropped_and_duplicated_frames(tmp_path):
+    scene = make_scene(
+        kind="free_flight", impact_speed_m_s=1.0, clip={"longest_s": 0.01}, side={**SIDE, "fps": 1000.0},
+        switches={"dropped_frames": [3], "duplicated_frames": [5]},
+    )  # fmt: skip
+    render_drop(scene, tmp_path)
+    names = [f"side_{FIRST_NUMBER + k:06d}.png" for k in range(11) if k != 3]
+    assert sorted(p.name for p in (tmp_path / "side").iterdir()) == names
+    pair = [(tmp_path / "side" / f"side_{FIRST_NUMBER + k:06d}.png").read_bytes() for k in (4, 5, 6)]
+    assert pair[0] == pair[1] != pair[2]
+
+
+def test_campaign_in_two_processes_writes_the_same(tmp_path):
+    flight = {"kind": "free_flight", "impact_speed_m_s": 1.0, "clip": {"longest_s": 0.01}, "side": SIDE}
+    drops = [{"name": n, "sphere": {"diameter_m": 0.02}, **flight} for n in ("a", "b")]
+    (tmp_path / "scenes.yaml").write_text(yaml.safe_dump({"materials": {"soft": SOFT}, "drops": drops}))
+    done: list[tuple[int, int]] = []
+    folders = render_campaign(tmp_path / "scenes.yaml", tmp_path / "one", progress=lambda a, b: done.append((a, b)))
+    render_campaign(tmp_path / "scenes.yaml", tmp_path / "two", jobs=2)
+    assert [f.name for f in folders] == ["a", "b"]
+    assert done == [(1, 2), (2, 2)]
+    assert digest(tmp_path / "one") == digest(tmp_path / "two")

@@ -1,0 +1,94 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.synthetic.drops import make_scene
+from wentry_cli.synthetic.campaign import plan_scene
+from wentry_cli.synthetic.side_view import find_core_share, see_instant
+from wentry_cli.synthetic.truth import find_necks, find_separation
+
+
+def test_every_ring_obeys_the_collapse_law(soft_course):
+    cavity = soft_course.cavity
+    k = cavity.depth.size // 2
+    s = 0.3 * (cavity.closes()[k] - cavity.born[k])
+    expected = cavity.radius[k] ** 2 + 2 * cavity.radius[k] * cavity.speed[k] * s - 9.81 * cavity.depth[k] * s**2
+    assert cavity.wall(cavity.born[k] + s)[k] ** 2 == pytest.approx(expected, rel=1e-12)
+
+
+def test_a_ring_closes_when_its_radius_is_zero(soft_course):
+    cavity = soft_course.cavity
+    closes = cavity.closes()
+    k = int(np.argmin(closes))
+    assert cavity.wall(closes[k] - 1e-7)[k] < 2e-4
+    assert cavity.wall(closes[k] + 1e-9)[k] == 0.0
+
+
+def test_rings_grow_from_the_sphere_and_sink_in_order(soft_course):
+    cavity = soft_course.cavity
+    assert np.all(np.diff(cavity.born) >= 0.0)
+    assert np.all(cavity.radius <= soft_course.motion.radius_m * soft_course.motion.stretch(cavity.born)[0] * 1.0001)
+    assert np.all(np.isnan(cavity.wall(-0.001)))
+
+
+def test_seals_emerge(soft_course, rigid_course, sealed_course):
+    assert soft_course.cavity.seal_type == "deep_seal"
+    assert soft_course.cavity.pinch_off_cavity == 2
+    assert rigid_course.cavity.seal_type == "deep_seal"
+    assert sealed_course.cavity.seal_type == "sphere_seal"
+
+
+def test_soft_cavity_is_shallower_and_wider_than_the_rigid_one(soft_course, rigid_course):
+    assert soft_course.cavity.y_p_m > rigid_course.cavity.y_p_m
+    assert np.nanmax(soft_course.cavity.wall(0.05)) > np.nanmax(rigid_course.cavity.wall(0.05))
+
+
+def test_rigid_pinch_off_lies_in_the_published_band(rigid_course):
+    speed, diameter = rigid_course.motion.speed_m_s, 0.051
+    froude = speed / np.sqrt(9.81 * diameter)
+    slope = (rigid_course.cavity.t_p_s * speed / diameter - 0.5) / froude
+    assert 1.1 < slope < 1.6
+
+
+def test_pinch_off_is_the_first_neck_to_close(soft_course):
+    cavity = soft_course.cavity
+    necks = find_necks(soft_course, cavity.t_p_s - 1e-5)
+    y, radius = min(necks, key=lambda neck: neck[1])
+    assert y == pytest.approx(cavity.y_p_m, abs=2e-3)
+    assert radius < 1.5e-3
+    assert all(r > 2e-3 for at, r in necks if abs(at - cavity.y_p_m) > 5e-3)
+
+
+def test_radius_before_pinch_off_is_a_square_root_that_ends_at_t_p(soft_course):
+    cavity = soft_course.cavity
+    t = cavity.t_p_s - np.linspace(0.0005, 0.004, 15)
+    radius = np.array([min(r for _, r in find_necks(soft_course, float(s))) for s in t])
+    slope, intercept = np.polyfit(t[:6], radius[:6] ** 2, 1)
+    assert -intercept / slope == pytest.approx(cavity.t_p_s, abs=3e-5)
+
+
+def test_contact_line_recedes_up_the_sphere_that_seals(sealed_course):
+    course, t_p = sealed_course, sealed_course.cavity.t_p_s
+    now = see_instant(course, t_p - 1e-5)
+    separation = find_separation(course, now)
+    top = now.y_c_m + course.motion.radius_m / now.stretch**2
+    assert separation == pytest.approx(top, abs=0.2 * course.motion.radius_m)
+
+
+def test_second_expansion_starts_a_cavity_where_the_contact_line_is(soft_course):
+    (start, depth), *_ = soft_course.cavity.starts
+    k = int(np.argmin(np.abs(soft_course.cavity.depth - depth)))
+    assert soft_course.cavity.born[k] == pytest.approx(start, abs=1e-4)
+    assert soft_course.cavity.number[k + 2] == soft_course.cavity.number[k - 2] + 1
+
+
+def test_a_narrow_lamp_leaves_the_core_nearly_black():
+    assert find_core_share(5.0) < 0.2
+    assert 0.6 < find_core_share(60.0) < 0.751
+
+
+def test_period_growth_and_factor_slow_the_oscillation():
+    slow = plan_scene(make_scene(physics={"period_factor": 1.4, "period_growth": 0.3}))[0]
+    plain = plan_scene(make_scene(physics={"period_factor": 1.4}))[0]
+    assert slow.cavity.starts[1][0] > plain.cavity.starts[1][0] * 1.02

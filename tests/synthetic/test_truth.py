@@ -1,0 +1,105 @@
+from __future__ import annotations
+
+import csv
+
+import numpy as np
+import pytest
+import yaml
+
+from tests.synthetic.drops import make_scene
+from wentry_cli.synthetic.campaign import plan_scene
+from wentry_cli.synthetic.truth import (
+    NECK_COLUMNS,
+    TRUTH_COLUMNS,
+    find_periods,
+    summarise_truth,
+    tabulate_side,
+    tabulate_top,
+    write_truth,
+)
+
+
+def test_truth_files_have_the_columns_of_the_contract(tmp_path):
+    course, times = plan_scene(make_scene())
+    write_truth(course, tmp_path, times["side"], None)
+    with (tmp_path / "truth.csv").open() as file:
+        rows = list(csv.reader(file))
+    assert tuple(rows[0]) == TRUTH_COLUMNS
+    assert len(rows) == times["side"].size + 1
+    assert rows[1][8] == ""
+    with (tmp_path / "necks.csv").open() as file:
+        assert tuple(next(csv.reader(file))) == NECK_COLUMNS
+    summary = yaml.safe_load((tmp_path / "truth.yaml").read_text())
+    wanted = {
+        "impact_time_s", "u0_m_s", "t_p_s", "y_p_m", "pinch_off_cavity", "seal_type", "periods", "peaks",
+        "delta_u_over_u0", "scale_px_per_m", "surface_y_px",
+    }  # fmt: skip
+    assert wanted <= set(summary)
+    assert summary["seal_type"] == "deep_seal"
+
+
+def test_necks_of_the_table_shrink_to_the_pinch_off(soft_course, tmp_path):
+    times = soft_course.times(2000.0)
+    write_truth(soft_course, tmp_path, times, None)
+    with (tmp_path / "necks.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    t_p = soft_course.cavity.t_p_s
+    assert all(float(r["t_s"]) < t_p for r in rows)
+    last = [r for r in rows if float(r["t_s"]) > t_p - 0.003]
+    closing = min(last, key=lambda r: float(r["radius_m"]))["neck"]
+    t = np.array([float(r["t_s"]) for r in last if r["neck"] == closing])
+    square = np.array([float(r["radius_m"]) ** 2 for r in last if r["neck"] == closing])
+    slope, intercept = np.polyfit(t, square, 1)
+    assert slope < 0.0
+    assert -intercept / slope == pytest.approx(t_p, abs=1e-4)
+
+
+def test_misfit_moves_the_lowest_point_and_the_half_width():
+    plain = plan_scene(make_scene())[0]
+    misfit = plan_scene(make_scene(switches={"misfit": [0.0, 0.01]}))[0]
+    times = np.array([-0.004])
+    (a,), (b,) = tabulate_side(plain, times), tabulate_side(misfit, times)
+    assert b["stretch"] == pytest.approx(1.01, abs=1e-5)
+    assert b["y_b_m"] == pytest.approx(a["y_b_m"] - 0.01 * 0.0255, abs=1e-7)
+
+
+def test_impact_falls_between_frames_and_clock_starts_at_the_first():
+    course, times = plan_scene(make_scene())
+    row = tabulate_side(course, times["side"])[0]
+    impact = summarise_truth(course, times["side"])["impact_time_s"]
+    assert row["time_s"] == 0.0
+    assert impact == pytest.approx(-row["t_s"], rel=1e-8)
+    phase = (impact * 2000.0) % 1.0
+    assert 0.05 < phase < 0.95
+
+
+def test_frames_before_impact_are_measurable_only_when_the_sphere_is_whole(soft_course):
+    rows = tabulate_side(soft_course, np.array([-0.05, -0.003, 0.0005, 0.05]))
+    assert [r["measurable"] for r in rows] == [0, 1, 0, 1]
+
+
+def test_periods_join_and_peaks_lie_inside(soft_course):
+    periods = find_periods(soft_course)
+    assert periods.starts_s[0] == 0.0
+    assert periods.starts_s[1:] == periods.ends_s[:-1]
+    for start, end, peak in zip(periods.starts_s, periods.ends_s, periods.peak_times_s, strict=False):
+        assert start < peak < end
+    stretch, rate = soft_course.motion.stretch(np.array(periods.peak_times_s))
+    np.testing.assert_allclose(stretch, periods.peaks, atol=1e-6)
+    assert np.abs(rate).max() < 0.1
+
+
+def test_speed_lost_in_the_first_period_is_a_difference_of_velocities(soft_course):
+    truth = summarise_truth(soft_course, np.array([-0.005]))
+    end = truth["periods"][0]["end_s"]
+    v = float(soft_course.motion.center(end)[1])
+    assert truth["delta_u_over_u0"] == pytest.approx((truth["u0_m_s"] + v) / truth["u0_m_s"], rel=1e-6)
+
+
+def test_top_view_recedes_and_is_hidden_after_dome_over():
+    top = {"width": 200, "height": 200, "scale_px_per_m": 1500.0, "camera_distance_m": 1.5}
+    course, _ = plan_scene(make_scene(top=top))
+    early, late, over = tabulate_top(course, np.array([-0.002, 0.02, course.dome_over_s + 0.002]))
+    assert early["magnification"] > 1.0 > late["magnification"]
+    assert early["measurable"] == 1
+    assert over["measurable"] == 0
