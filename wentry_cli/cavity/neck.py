@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.cavity.minimum import find_vertex, interior_minima, prominence_of
+
 Floats = NDArray[np.float64]
 
 MIN_PROMINENCE_PX = 1.5  # in width; below it an undulation is noise
 MAX_GAP_FRAMES = 4
 REACH_PX = 8.0  # how far a neck may lie from where its track foretells it
-HALF_WINDOW, LONGEST_WINDOW = 4, 25  # rows on either side of a minimum that define its depth and radius
-RISE_PX = 1.0
 
 
 @dataclass(frozen=True)
@@ -54,66 +54,13 @@ def find_necks(
     seen = np.isfinite(width_px)
     y, width = y_px[seen], width_px[seen]
     necks: list[Neck] = []
-    for index in _interior_minima(width):
-        prominence = _prominence(width, index)
+    for index in interior_minima(width):
+        prominence = prominence_of(width, index)
         if prominence >= max(min_prominence_px, 6.0 * edge_unc_px):
-            row, narrowest, curvature_unc = _vertex(y, width, index)
-            unc = float(np.hypot(edge_unc_px / np.sqrt(2.0), curvature_unc))
+            row, narrowest, misfit = find_vertex(y, width, index, noise=np.sqrt(2.0) * edge_unc_px)
+            unc = float(np.hypot(edge_unc_px / np.sqrt(2.0), misfit))
             necks.append(Neck(row, 0.5 * narrowest, unc, prominence))
     return necks
-
-
-def _interior_minima(width: Floats) -> list[int]:
-    """Return the middle of every lowest run of equal widths that is lower than both of its neighbours."""
-    if width.size < 5:
-        return []
-    change = np.flatnonzero(np.diff(width))
-    starts = np.concatenate([[0], change + 1])
-    ends = np.concatenate([change, [width.size - 1]])
-    level = width[starts]
-    inner = np.flatnonzero((level[1:-1] < level[:-2]) & (level[1:-1] < level[2:])) + 1
-    return [int((starts[i] + ends[i]) // 2) for i in inner]
-
-
-def _prominence(width: Floats, index: int) -> float:
-    """Return how far the width rises on the lower of both sides before it falls below ``width[index]``."""
-    rises = []
-    for side in (width[:index][::-1], width[index + 1 :]):
-        deeper = np.flatnonzero(side < width[index])
-        reach = side[: deeper[0]] if deeper.size else side
-        rises.append(float(reach.max() - width[index]) if reach.size else 0.0)
-    return min(rises)
-
-
-def _vertex(y: Floats, width: Floats, index: int) -> tuple[float, float, float]:
-    """Return row and width at the vertex of a cubic through the minimum, and half of the misfit there.
-
-    The cubic goes as far as the width rises by ``RISE_PX``: a minimum is seldom symmetric, and a flat one needs rows.
-    """
-    low, high = _reach(width, index, -1), _reach(width, index, 1)
-    rows, values = y[low : high + 1] - y[index], width[low : high + 1]
-    if rows.size < 7 or np.ptp(values) > 0.5 * values.min() + 4.0:
-        return float(y[index]), float(width[index]), 0.0
-    cubic = np.polyfit(rows, values, 3)
-    spread = 0.5 * float(np.sqrt(np.mean((np.polyval(cubic, rows) - values) ** 2)))
-    slope = np.polyder(cubic)
-    roots = np.roots(slope)
-    level = np.asarray(roots[np.isreal(roots)].real, dtype=np.float64)
-    turning: Floats = level[np.polyval(np.polyder(slope), level) > 0.0]
-    if turning.size == 0 or abs(turning[0]) > HALF_WINDOW:
-        return float(y[index]), float(width[index]), spread
-    return float(y[index] + turning[0]), max(float(np.polyval(cubic, turning[0])), 0.0), spread
-
-
-def _reach(width: Floats, index: int, step: int) -> int:
-    """Return the last index from ``index`` on in direction ``step`` that the cubic takes in."""
-    at = index
-    while 0 <= at + step < width.size and abs(at + step - index) <= LONGEST_WINDOW:
-        near = abs(at + step - index) <= HALF_WINDOW
-        if not near and width[at + step] - width[index] > RISE_PX:
-            break
-        at += step
-    return at
 
 
 @dataclass
