@@ -45,7 +45,7 @@ def find_free_surface(
     dip = _dip(level)
     top, bottom = _limits(rows, level.shape[0])
     strips = np.array_split(np.arange(level.shape[1]), BLOCKS)
-    profiles = np.array([np.median(dip[:, strip], axis=1) for strip in strips])
+    profiles = np.array([np.mean(dip[:, strip], axis=1) for strip in strips])
     common = np.median(profiles, axis=0)
     common[:top] = 0.0
     common[bottom:] = 0.0
@@ -56,7 +56,7 @@ def find_free_surface(
         return NO_SURFACE
     first, last = _extent(common, peak, 0.3 * contrast)
     middle = np.array([float(strip.mean()) for strip in strips])
-    centres = np.array([_centre(profile, first - 3, last + 4) for profile in profiles])
+    centres = np.array([_centre(profile, first, last) for profile in profiles])
     thickness = float(np.sum(common[first : last + 1]) / contrast)
     return _line(middle, centres, x_px if x_px is not None else level.shape[1] / 2, thickness, contrast)
 
@@ -87,13 +87,18 @@ def _extent(profile: NDArray[np.float32], peak: int, bound: float) -> tuple[int,
 
 
 def _centre(profile: NDArray[np.float32], first: int, last: int) -> float:
-    rows = np.arange(max(first, 0), min(last, profile.size))
-    window = profile[rows].astype(np.float64)
-    base = min(window[0], window[-1])
-    weight = np.maximum(window - base, 0.0)
-    if weight.sum() <= 0:
-        return math.nan
-    return float(np.sum(weight * rows) / weight.sum())
+    """Centre of gravity of a dip, over a window placed symmetrically about it; base line through the rows beside."""
+    centre, half = 0.5 * (first + last), 0.5 * (last - first) + 3.0
+    for _ in range(3):
+        rows = np.arange(max(0, math.ceil(centre - half)), min(profile.size, math.floor(centre + half) + 1))
+        low, high = max(0, rows[0] - 4), min(profile.size, rows[-1] + 5)
+        above, below = float(np.mean(profile[low : rows[0]])), float(np.mean(profile[rows[-1] + 1 : high]))
+        base = np.linspace(above, below, rows.size)
+        weight = profile[rows].astype(np.float64) - base
+        if rows.size < 3 or weight.sum() <= 0:
+            return math.nan
+        centre = float(np.sum(weight * rows) / weight.sum())
+    return centre
 
 
 def _line(

@@ -20,6 +20,7 @@ from wentry_cli.tracking.plate import PlateScene, track_plate
 from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.scale import NO_RADIUS, PixelMap, PooledRadius, pixel_to_metre, scale_from_radius
 from wentry_cli.tracking.seed import find_seed
+from wentry_cli.tracking.shape_check import NO_CHECK, ShapeCheck
 from wentry_cli.tracking.side import SideScene, track_side
 from wentry_cli.tracking.sighting import Sighting
 from wentry_cli.tracking.wet_radius import pool_sightings
@@ -55,6 +56,7 @@ class SideResult:
     radius: PooledRadius
     impact: Impact
     problem: str = ""
+    shape_offset: float = 0.0
 
 
 def measure_side(drop: Drop, clip: Clip, ground: Background, sampled: list[int]) -> SideResult:
@@ -171,10 +173,10 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     track = track_side(clip, ground, seed, scene)
     scales = find_scales(drop, track.radius_air, track.radius_water, ground)
     impact = entry_impact(drop, clip, track.sightings, (surface, scales.air))
-    columns = _in_metres(drop, clip, track.sightings, (scales, surface))
+    columns = _in_metres(drop, clip, track.sightings, (scales, surface), track.check)
     problem = "" if impact.status == "ok" else _why_no_impact(impact)
     columns["t_s"] = clip.time_s - impact.time_s
-    return SideResult(columns, scales, surface, track.radius_air, impact, problem)
+    return SideResult(columns, scales, surface, track.radius_air, impact, problem, track.check.stretch_offset)
 
 
 def _why_no_impact(impact: Impact) -> str:
@@ -222,7 +224,7 @@ def _measure_plate(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     if plate.status != "ok":
         plate = SurfaceRow(track.turning_px, 1.0, 0.0, math.nan, "ok")
     scales = find_scales(drop, track.radius, NO_RADIUS, ground)
-    flying = [item for item in track.sightings if item.free_radius or best_bottom(item)[2] > 0]
+    flying = [item for item in track.sightings if item.free_fit is not None or best_bottom(item)[2] > 0]
     before = [item for item in flying if item.frame < _first_contact(track.sightings, plate.y_px)]
     impact = entry_impact(drop, clip, before, (plate, scales.air))
     columns = _in_metres(drop, clip, track.sightings, (scales, plate))
@@ -254,7 +256,11 @@ def _measure_flight(drop: Drop, clip: Clip, ground: Background, seed: Path) -> S
 
 
 def _in_metres(
-    drop: Drop, clip: Clip, sightings: Sequence[Sighting], known: tuple[Scales, SurfaceRow]
+    drop: Drop,
+    clip: Clip,
+    sightings: Sequence[Sighting],
+    known: tuple[Scales, SurfaceRow],
+    check: ShapeCheck = NO_CHECK,
 ) -> dict[str, Any]:
     """Columns of side.csv without t_s: pixels as seen, heights in metres with all of their uncertainty."""
     scales, surface = known
@@ -263,9 +269,11 @@ def _in_metres(
     local = columns["bottom_local_y_px"]
     use_local = np.isfinite(local)
     bottom = np.where(use_local, local, columns["bottom_y_px"])
+    columns["stretch_unc"] = np.hypot(columns["stretch_unc"], check.stretch_offset)
+    columns["bottom_y_px_unc"] = np.hypot(columns["bottom_y_px_unc"], check.bottom_offset_px)
     unc = np.where(use_local, columns["bottom_local_y_px_unc"], columns["bottom_y_px_unc"])
     columns["y_b_m"] = pixel_to_metre(0.0, bottom, pixels)[1]
-    columns["y_b_m_unc"] = _height_unc((bottom, unc), scales, surface)
+    columns["y_b_m_unc"] = _height_unc((bottom, unc), scales, surface, pixels.axis_y_px)
     columns["y_b_source"] = np.where(np.isfinite(bottom), np.where(use_local, "local", "ellipse"), "")
     columns["separation_y_m"] = pixel_to_metre(0.0, columns["separation_y_px"], pixels)[1]
     if not drop.experiment.deformable and drop.experiment.kind != "free_flight":
@@ -274,10 +282,18 @@ def _in_metres(
 
 
 def _height_unc(
-    bottom: tuple[NDArray[np.float64], NDArray[np.float64]], scales: Scales, surface: SurfaceRow
+    bottom: tuple[NDArray[np.float64], NDArray[np.float64]], scales: Scales, surface: SurfaceRow, axis_px: float
 ) -> NDArray[np.float64]:
-    wet = bottom[0] > surface.y_px
+    """Uncertainty of a height in m: that of the row, of the surface, and of the scales (see ``pixel_to_metre``).
+
+    A scale that both media share stretches the distance from the surface; two scales stretch those from the axis.
+    """
+    row = bottom[0]
+    wet = row > surface.y_px
     scale = np.where(wet, scales.water, scales.air)
-    relative = np.where(wet, scales.water_unc / scales.water, scales.air_unc / scales.air)
-    by_scale = (bottom[0] - surface.y_px) / scale * relative
+    by_air, by_water = scales.air_unc / scales.air**2, scales.water_unc / scales.water**2
+    by_scale = (row - surface.y_px) * by_air
+    if scales.air != scales.water:
+        through_wall = np.hypot((surface.y_px - axis_px) * by_air, (row - axis_px) * by_water)
+        by_scale = np.where(wet, through_wall, by_scale)
     return np.asarray(np.sqrt((bottom[1] ** 2 + surface.unc_px**2) / scale**2 + by_scale**2))

@@ -58,6 +58,8 @@ def measure_top(drop: Drop, clip: Clip, ground: Background, sampled: list[int], 
     height = _centre_height(side, clip.time_s, radius_m)
     magnification = magnification_at(height, drop.view("top").camera_distance_m)
     stretch, stretch_unc = top_stretch(fits["radius_px"], fits["radius_px_unc"], scale, radius_m, magnification)
+    if side is not None:
+        stretch_unc = np.hypot(stretch_unc, side.shape_offset)
     columns: dict[str, Any] = {"frame": np.arange(clip.count), "t_s": t_s}
     columns |= {name: fits[name] for name in TOP_COLUMNS}
     columns |= {"stretch": stretch, "stretch_unc": stretch_unc, "status": frame_status(clip.count, sightings)}

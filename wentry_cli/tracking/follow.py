@@ -18,6 +18,7 @@ Plan = Callable[[int, EllipseShape, tuple[float, float]], Look | str]
 
 LOST_AFTER = 3
 GIVEN_UP_AFTER = 60
+UNREADABLE = {"bad_frame", "gap"}
 
 
 def follow(
@@ -41,7 +42,7 @@ def follow(
     lost = 0
     for index in order:
         sighting = _step(frames, ground, path, index, plan)
-        if not sighting.ok and sighting.status not in {"bad_frame", "gap", "out_of_frame"}:
+        if not sighting.ok and sighting.status not in UNREADABLE:
             lost += 1
             if wet and lost >= LOST_AFTER and lost % 2:
                 sighting = _search(frames, ground, path, index, plan) or sighting
@@ -51,7 +52,8 @@ def follow(
             if learn is not None:
                 learn(sighting)
         found.append(sighting)
-        if sighting.status == "out_of_frame" or lost >= patience:
+        left = sighting.status == "out_of_frame" and sighting.fit is None
+        if left or lost >= patience:
             break
     return found
 
@@ -71,7 +73,7 @@ def _step(frames: Frames, ground: Background, path: Path, index: int, plan: Plan
     if isinstance(look, str):
         return Sighting(index, look)
     first = sight(frames, index, ground, guess, look)
-    if first.ok or first.status in {"bad_frame", "gap", "out_of_frame"} or look.outline == "circle":
+    if first.ok or first.status in UNREADABLE or look.outline == "circle":
         return first
     moved = _at_visible_bottom(frames, ground, index, guess, look)
     if moved is None:

@@ -17,6 +17,7 @@ from wentry_cli.tracking.flight import air_plan, both_ways, leaves_frame, margin
 from wentry_cli.tracking.follow import Plan, follow
 from wentry_cli.tracking.prediction import Path, box_around
 from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius, merge_media
+from wentry_cli.tracking.shape_check import NO_CHECK, ShapeCheck, check_shape, corrected_radius
 from wentry_cli.tracking.sighting import Look, Sighting
 from wentry_cli.tracking.source import Frames
 from wentry_cli.tracking.wet_radius import constrain, pool_sightings, tells_radius
@@ -58,11 +59,15 @@ class SideScene:
 
 @dataclass(frozen=True)
 class SideTrack:
-    """Sightings in the order of the frames (frames that are missing were never reached) and the pooled radii in px."""
+    """Sightings in the order of the frames, the pooled radii in px, and how far the sphere is from an ellipse.
+
+    Frames that are missing were never reached.
+    """
 
     sightings: list[Sighting]
     radius_air: PooledRadius
     radius_water: PooledRadius
+    check: ShapeCheck = NO_CHECK
 
 
 def track_side(frames: Frames, ground: Background, seed: Path, scene: SideScene) -> SideTrack:
@@ -84,14 +89,13 @@ def track_side(frames: Frames, ground: Background, seed: Path, scene: SideScene)
     if contact is None or not dry:
         return SideTrack(dry, air, air)
     path.radius = air.value if air.known else path.radius
-    first = dry[-1].frame + 1
-    wet, water = track_wet(frames, ground, path, range(first, frames.count), scene)
-    if scene.radius_water.known or not water.known:
-        return SideTrack([*dry, *wet], air, scene.radius_water if scene.radius_water.known else air)
-    merged_air, merged_water = merge_media(air, water)
+    below = WetTracker(frames, ground, scene, dry)
+    wet, water, check = below.track(path, range(dry[-1].frame + 1, frames.count))
     if not scene.radius_air.known:
-        dry, air = constrain(dry, merged_air, wet=False), merged_air
-    return SideTrack([*dry, *constrain(wet, merged_water, wet=True)], air, merged_water)
+        air, water = merge_media(air, water)
+        dry = constrain(dry, air, wet=False)
+    water = water if water.known else air
+    return SideTrack([*dry, *below.settle(wet, water)], air, water, check)
 
 
 def _until_contact(plan: Plan, scene: SideScene) -> Plan:
@@ -106,14 +110,19 @@ def _until_contact(plan: Plan, scene: SideScene) -> Plan:
 
 
 class WetPlan:
-    """How to look at the sphere below the surface; remembers the separation line and how many radii were free."""
+    """How to look at the sphere below the surface.
 
-    def __init__(self, scene: SideScene, frame_shape: tuple[int, int], radius: PooledRadius) -> None:
-        """Start below the surface; a known ``radius`` is not fitted again."""
+    Remembers the separation line, and leaves the radius free as long as it is unknown: ``pilot`` sightings are
+    collected until there are enough of them.
+    """
+
+    def __init__(self, scene: SideScene, frame_shape: tuple[int, int], *, known: bool) -> None:
+        """Start below the surface; ``known`` tells that the radius of the path is right."""
         self.scene = scene
         self.frame_shape = frame_shape
-        self.fixed = radius.known
-        self.free_fits = 0
+        self.known = known
+        self.again = not scene.radius_water.known
+        self.pilot: list[Sighting] = []
         self.sees_enough = False
         self.separation = math.nan
 
@@ -123,7 +132,8 @@ class WetPlan:
         if fit is None or not sighting.ok:
             return
         self.sees_enough = tells_radius(fit)
-        self.free_fits += sighting.free_radius
+        if not self.known and sighting.free_fit is not None:
+            self.pilot.append(replace(sighting, wet=True))
         line = sighting.separation
         if line is not None and line.status == "ok":
             self.separation = (line.y_px - fit.center_y_px) / (fit.radius_px / fit.stretch**2)
@@ -140,56 +150,72 @@ class WetPlan:
             return "short_arc"
         if guess.y > self.frame_shape[0] or leaves_frame(guess, self.frame_shape):
             return "out_of_frame"
-        pilot = self.free_fits < PILOT_FRAMES or index % FREE_EVERY == 0
-        free_radius = pilot and self.sees_enough and not self.fixed
-        free = "x y" + (" R" if free_radius else "") + (" stretch" if self.scene.deformable else "")
+        free = "x y" + (" R" if self.sees_enough and not self.known else "")
         box = box_around(guess, margin_of(guess.radius))
-        top = max(box[1], self.scene.ceiling_px)
         exposure = self.scene.exposure_frames
         return Look(
-            (box[0], top, box[2], box[3]),
-            free,
+            (box[0], max(box[1], self.scene.ceiling_px), box[2], box[3]),
+            free + (" stretch" if self.scene.deformable else ""),
             self.top_row(guess),
             (velocity[0] * exposure, velocity[1] * exposure),
             self.scene.level,
             separation=True,
+            also_free=self.again and self.known and index % FREE_EVERY == 0,
         )
 
 
-def track_wet(
-    frames: Frames, ground: Background, path: Path, order: range, scene: SideScene
-) -> tuple[list[Sighting], PooledRadius]:
-    """Track below the surface from a path at the surface; returns the sightings and the pooled free radius."""
-    plan = WetPlan(scene, frames.shape, scene.radius_water)
-    if scene.radius_water.known:
-        path.radius = scene.radius_water.value
-    seen = _wet(follow(frames, ground, path, order, plan, learn=plan.learn, wet=True))
-    water = pool_sightings(seen, wet=True)
-    if not water.known:
-        return seen, water
-    return _again_with(seen, water, (frames, ground, scene)), water
+class WetTracker:
+    """Tracks below the surface: first with a free radius, then with that of the first frames, then with that of all."""
 
+    def __init__(self, frames: Frames, ground: Background, scene: SideScene, dry: list[Sighting]) -> None:
+        """Take the clip and the sightings in air, which tell how far the sphere is from an ellipse."""
+        self.frames, self.ground, self.scene, self.dry = frames, ground, scene, dry
+        self.plan = WetPlan(scene, frames.shape, known=scene.radius_water.known)
+        self.check = NO_CHECK
 
-def _wet(sightings: list[Sighting]) -> list[Sighting]:
-    return [replace(item, wet=True) for item in sightings]
+    def track(self, path: Path, order: range) -> tuple[list[Sighting], PooledRadius, ShapeCheck]:
+        """Follow the path below the surface; returns sightings, the pooled radius, and what the shape adds to it."""
+        if self.scene.radius_water.known:
+            path.radius = self.scene.radius_water.value
 
+        def learn(sighting: Sighting) -> None:
+            self.plan.learn(sighting)
+            if not self.plan.known and len(self.plan.pilot) >= PILOT_FRAMES:
+                self.plan.known = True
+                path.radius = self._radius(self.plan.pilot).value
 
-def _again_with(
-    seen: list[Sighting], water: PooledRadius, setting: tuple[Frames, Background, SideScene]
-) -> list[Sighting]:
-    """Measure the frames before the first free radius again, backwards from there, with the radius now known."""
-    frames, ground, scene = setting
-    free = [index for index, item in enumerate(seen) if item.ok and item.free_radius]
-    start = free[0]
-    after = [item for item in seen[start : start + 12] if item.ok and item.fit is not None][:3]
-    path = Path(water.value, stiff=not scene.deformable)
-    for item in reversed(after):
-        if item.fit is not None:
-            path.add(item.frame, item.fit.shape)
-    plan = WetPlan(scene, frames.shape, water)
-    plan.learn(seen[start])
-    order = [item.frame for item in reversed(seen[:start])]
-    again = _wet(follow(frames, ground, path, order, plan, learn=plan.learn))
-    reached = {item.frame: item for item in again}
-    better = [reached.get(item.frame, item) for item in seen[:start]]
-    return [*better, *seen[start:]]
+        seen = follow(self.frames, self.ground, path, order, self.plan, learn=learn, wet=True)
+        seen = [replace(item, wet=True) for item in seen]
+        water = self.scene.radius_water if self.scene.radius_water.known else self._radius(seen)
+        return seen, water, self.check
+
+    def _radius(self, seen: list[Sighting]) -> PooledRadius:
+        pooled = pool_sightings(seen, wet=True)
+        if not pooled.known:
+            return NO_RADIUS
+        if self.scene.deformable:
+            self.check = check_shape(self.frames, self.ground, self.dry, seen, self.scene.level)
+        return corrected_radius(pooled, self.check)
+
+    def settle(self, seen: list[Sighting], water: PooledRadius) -> list[Sighting]:
+        """Give all sightings the final radius.
+
+        What was seen before the radius was known is measured again, backwards from there, with the radius held; the
+        rest moves by its own sensitivity to the last digits of the radius.
+        """
+        last = self.plan.pilot[-1].frame if self.plan.pilot else -1
+        start = next((index for index, item in enumerate(seen) if item.frame > last), len(seen))
+        after = [item for item in seen[max(0, start - 1) : start + 12] if item.ok and item.fit is not None][:3]
+        if start == 0 or not after or self.scene.radius_water.known:
+            return constrain(seen, water, wet=True)
+        path = Path(water.value, stiff=not self.scene.deformable)
+        plan = WetPlan(self.scene, self.frames.shape, known=True)
+        for item in reversed(constrain(after, water, wet=True)):
+            if item.fit is not None:
+                path.add(item.frame, item.fit.shape)
+            plan.learn(item)
+        order = [item.frame for item in reversed(seen[:start])]
+        again = follow(self.frames, self.ground, path, order, plan, learn=plan.learn)
+        reached = {item.frame: replace(item, wet=True) for item in again}
+        early = [reached.get(item.frame, Sighting(item.frame, "poor_fit", wet=True)) for item in seen[:start]]
+        return constrain([*early, *seen[start:]], water, wet=True)

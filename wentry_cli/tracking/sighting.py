@@ -27,7 +27,8 @@ class Look:
 
     ``box`` is what is read (left, top, right, bottom), ``free`` the parameters to fit, ``top_y_px`` the row above
     which the outline is not the sphere's, ``motion_px`` the displacement during the exposure. ``outline`` is ellipse
-    or circle (``one_sided``: what disagrees lies outside); ``bottom`` and ``separation`` say what else is measured.
+    or circle (``one_sided``: what disagrees lies outside); ``bottom`` and ``separation`` say what else is measured,
+    ``also_free`` that a second fit leaves the radius free.
     """
 
     box: Box
@@ -39,20 +40,27 @@ class Look:
     bottom: bool = True
     separation: bool = False
     one_sided: bool = False
+    also_free: bool = False
 
 
 @dataclass(frozen=True)
 class Sighting:
-    """What one frame showed; ``fit`` is None where nothing could be fitted, ``status`` is that of the whole row."""
+    """What one frame showed.
+
+    ``fit`` is None where nothing could be fitted, ``status`` is that of the whole row; ``free_fit`` is
+    the fit with free radius, where there was one; ``line`` is the row above which the outline was not looked at, from
+    the centre down in semi-axes.
+    """
 
     frame: int
     status: str
     fit: SilhouetteFit | None = None
     bottom: BottomFit | None = None
     separation: SeparationFit | None = None
-    free_radius: bool = False
+    free_fit: SilhouetteFit | None = None
     wet: bool = False
     circle: bool = False
+    line: float = math.nan
 
     @property
     def ok(self) -> bool:
@@ -66,7 +74,10 @@ def sight(frames: Frames, index: int, ground: Background, guess: EllipseShape, l
     if isinstance(patch, str):
         return Sighting(index, patch)
     steady = steadied(patch, (guess.x, guess.y, guess.semi_across, guess.semi_along))
-    return examine(steady, index, guess, look)
+    seen = examine(steady, index, guess, look)
+    if seen.status == "out_of_frame" and guess.bottom_y < frames.shape[0] - 1:
+        return replace(seen, status="short_arc")
+    return seen
 
 
 def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighting:
@@ -75,21 +86,25 @@ def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighti
         circle = Circle(guess.x, guess.y, guess.radius * guess.stretch)
         fit = fit_circle(patch, circle, one_sided=look.one_sided, motion_px=look.motion_px, level=look.level)
     else:
-        fit = fit_silhouette(
-            patch,
-            guess,
-            free=look.free,
-            top_y_px=look.top_y_px,
-            motion_px=look.motion_px,
-            level=look.level,
-        )
+        fit = _fit_ellipse(patch, guess, look)
     if not usable(fit):
         return Sighting(index, fit.status if fit.status != "ok" else "poor_fit", fit)
     if look.outline == "circle":
-        return Sighting(index, "ok", fit, free_radius=True, circle=True)
+        return Sighting(index, "ok", fit, free_fit=fit, circle=True)
     bottom = fit_local_bottom(patch, fit, motion_px=look.motion_px) if look.bottom else None
     separation = find_separation(patch, fit) if look.separation else None
-    return Sighting(index, "ok", fit, bottom, separation, free_radius=" R" in look.free)
+    line = (look.top_y_px - fit.center_y_px) * fit.stretch**2 / fit.radius_px
+    free = fit if " R" in look.free else None
+    if look.also_free and free is None:
+        free = _fit_ellipse(patch, fit.shape, replace(look, free=look.free.replace("x y", "x y R")))
+        free = free if usable(free) else None
+    return Sighting(index, "ok", fit, bottom, separation, free_fit=free, line=line)
+
+
+def _fit_ellipse(patch: Patch, guess: EllipseShape, look: Look) -> SilhouetteFit:
+    return fit_silhouette(
+        patch, guess, free=look.free, top_y_px=look.top_y_px, motion_px=look.motion_px, level=look.level
+    )
 
 
 def radius_slope(fit: SilhouetteFit) -> NDArray[np.float64]:
@@ -100,11 +115,14 @@ def radius_slope(fit: SilhouetteFit) -> NDArray[np.float64]:
     return np.asarray(fit.covariance[:, 2] / variance, np.float64)
 
 
-def with_radius(fit: SilhouetteFit, radius: float, slope: NDArray[np.float64]) -> SilhouetteFit:
+def with_radius(
+    fit: SilhouetteFit, radius: float, slope: NDArray[np.float64], *, radius_unc: float = 0.0
+) -> SilhouetteFit:
     """Constrain a fit to another radius: the conditional mean and covariance of the linearised problem.
 
     ``slope`` is that of ``radius_slope``, of this fit or of a like one nearby. For a fit with free radius the
-    covariance loses what came from the radius; for one with fixed radius only the values move.
+    covariance loses what came from the radius; for one with fixed radius only the values move. What ``radius_unc`` of
+    the pooled radius does to the others is then added.
     """
     change = radius - fit.radius_px
     moved = fit.shape.vector() + slope * change
@@ -112,7 +130,8 @@ def with_radius(fit: SilhouetteFit, radius: float, slope: NDArray[np.float64]) -
     variance = covariance[2, 2]
     if variance > 0:
         covariance = covariance - np.outer(covariance[:, 2], covariance[2]) / variance
-        covariance[2, :] = covariance[:, 2] = 0.0
+    covariance = covariance + np.outer(slope, slope) * radius_unc**2
+    covariance[2, :] = covariance[:, 2] = 0.0
     shape = EllipseShape(moved[0], moved[1], radius, moved[3], math.degrees(moved[4]))
     unc = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     gradient = bottom_gradient(shape)

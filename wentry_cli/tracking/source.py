@@ -76,7 +76,8 @@ def read_patch(
     x0, y0 = max(0, int(box[0])), max(0, int(box[1]))
     x1, y1 = min(columns, int(box[2]) + 2), min(rows, int(box[3]) + 2)
     if x1 - x0 < 8 or y1 - y0 < 8:
-        return "out_of_frame"
+        outside = box[2] < 8 or box[3] < 8 or box[0] > columns - 8 or box[1] > rows - 8
+        return "out_of_frame" if outside else "short_arc"
     try:
         raw = frames.read(index, (x0, y0, x1, y1))
     except FrameUnreadableError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -28,14 +29,13 @@ def pool_sightings(sightings: Sequence[Sighting], *, wet: bool) -> PooledRadius:
     surface eight frames count as one independent value.
     """
     used = [
-        item.fit
+        item.free_fit
         for item in sightings
         if item.ok
         and item.wet == wet
-        and item.free_radius
-        and item.fit is not None
-        and item.fit.covariance[2, 2] > 0
-        and tells_radius(item.fit)
+        and item.free_fit is not None
+        and item.free_fit.covariance[2, 2] > 0
+        and tells_radius(item.free_fit)
     ]
     if not used:
         return NO_RADIUS
@@ -56,9 +56,9 @@ def constrain(sightings: Sequence[Sighting], radius: PooledRadius, *, wet: bool)
     if not radius.known:
         return list(sightings)
     known = [
-        (item.frame, radius_slope(item.fit))
+        (item.frame, radius_slope(item.free_fit))
         for item in sightings
-        if item.ok and item.wet == wet and item.free_radius and item.fit is not None
+        if item.ok and item.wet == wet and item.free_fit is not None
     ]
     at = np.array([frame for frame, _ in known], dtype=np.float64)
     slopes = np.array([slope for _, slope in known]).reshape(len(known), 5)
@@ -66,12 +66,12 @@ def constrain(sightings: Sequence[Sighting], radius: PooledRadius, *, wet: bool)
 
 
 def _constrained(item: Sighting, radius: PooledRadius, known: tuple[np.ndarray, np.ndarray]) -> Sighting:  # type: ignore[type-arg]
-    if not item.ok or item.fit is None or item.fit.radius_px == radius.value:
+    if not item.ok or item.fit is None or math.isnan(radius.value):
         return item
-    if item.free_radius:
-        slope = radius_slope(item.fit)
+    if item.free_fit is not None:
+        slope = radius_slope(item.free_fit)
     elif known[0].size:
         slope = np.array([np.interp(item.frame, known[0], column) for column in known[1].T])
     else:
         slope = np.zeros(5)
-    return replace(item, fit=with_radius(item.fit, radius.value, slope))
+    return replace(item, fit=with_radius(item.fit, radius.value, slope, radius_unc=radius.unc))
