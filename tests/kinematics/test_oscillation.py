@@ -1,0 +1,105 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from wentry_cli.kinematics.oscillation import Oscillation, find_oscillation
+
+T = (np.arange(340) - 40.2) / 2000.0
+
+
+def ringing(t: np.ndarray, *, period: float = 0.03, amplitude: float = 0.4, drift: float = 0.0) -> np.ndarray:
+    s = np.maximum(t, 0.0)
+    return np.exp(amplitude * np.exp(-20 * s) * np.sin(2 * np.pi * s / period) + drift * (1 - np.exp(-s / 0.01)))
+
+
+def found(clean: np.ndarray, noise: float = 1e-3, seed: int = 0) -> Oscillation:
+    seen = clean + noise * np.random.default_rng(seed).normal(size=clean.size)
+    return find_oscillation(T, seen, np.full(clean.size, noise))
+
+
+def true_peaks(**how: float) -> np.ndarray:
+    fine = np.linspace(0, 0.15, 300_001)
+    values = ringing(fine, **how)
+    return fine[1:-1][(values[1:-1] > values[2:]) & (values[1:-1] > values[:-2])]
+
+
+@pytest.mark.parametrize("noise", [1e-4, 1e-3, 1e-2])
+def test_peaks_and_periods(noise: float) -> None:
+    pulls, times = [], true_peaks()
+    for seed in range(4):
+        result = found(ringing(T), noise, seed)
+        assert len(result.periods) == len(times)
+        for period, time in zip(result.periods, times, strict=True):
+            assert period.peak.time_s == pytest.approx(time, abs=5 * period.peak.time_unc_s + 2e-5)
+            pulls.append((period.peak.stretch - ringing(np.array([time]))[0]) / period.peak.stretch_unc)
+        ends = [p.end_s for p in result.periods[:-1]]
+        assert np.allclose(ends, 0.03 * np.arange(1, len(ends) + 1), atol=2e-4 + 0.06 * noise)
+        if noise < 0.01:
+            assert result.periods[-1].status == "clip_ended"
+            assert np.isnan(result.periods[-1].end_s)
+        period, unc = result.free_period_s
+        assert abs(period - np.diff(times)[0]) < 4 * unc + 1e-5
+    assert np.sqrt(np.mean(np.square(pulls))) < 1.5
+
+
+def test_a_sphere_held_oblate_still_has_periods() -> None:
+    result = found(ringing(T, drift=0.15))
+    valleys = [p.valley.stretch for p in result.periods if p.valley]
+    assert max(valleys) > 1.0
+    ends = [p.end_s for p in result.periods[:3]]
+    assert np.allclose(ends, 0.03 * np.arange(1, 4), atol=1.5e-3)
+
+
+def test_a_free_neo_hookean_sphere_crosses_where_it_is_round() -> None:
+    def rate(_: float, z: np.ndarray) -> list[float]:
+        x, r = z
+        return [r, (6 * r * r / x**7 - 5 * (x - x**-5)) / (1 + 2 / x**6)]
+
+    scale = 0.03 / 2.09
+    path = solve_ivp(rate, (0, 15), [1.0, 1.35], rtol=1e-10, atol=1e-12, dense_output=True)
+    clean = np.where(T > 0, path.sol(np.maximum(T, 0) / scale)[0], 1.0)
+    fine = np.linspace(0, 10, 200_001)
+    x = path.sol(fine)[0]
+    round_again = scale * fine[1:][(x[:-1] < 1) & (x[1:] >= 1) & (fine[1:] > 0.5)]
+    result = found(clean, 1e-4)
+    assert abs(result.periods[0].end_s - round_again[0]) < 0.006 * 0.03
+    assert abs(result.periods[0].end_s - round_again[0]) < 3 * result.periods[0].end_unc_s
+
+
+def test_where_nothing_crosses_the_middle_serves() -> None:
+    """A mean that climbs out of reach: the rise after the second valley stays below the average of its cycle."""
+    from wentry_cli.kinematics import oscillation
+
+    result = found(ringing(T))
+    valley, following = result.extrema[1], result.extrema[2]
+    end, unc, status = oscillation._end(result.track, valley, following, (np.array([0.0]), np.array([2.0])))
+    assert status == "no_unit_crossing"
+    assert end == pytest.approx(0.5 * (valley.time_s + following.time_s))
+    assert unc == pytest.approx((following.time_s - valley.time_s) / np.sqrt(12))
+
+
+def test_a_gap_over_a_peak_widens_its_error_bar() -> None:
+    noise = 1e-3
+    clean = ringing(T)
+    seen = clean + noise * np.random.default_rng(0).normal(size=T.size)
+    seen[(T > 0.033) & (T < 0.041)] = np.nan
+    gappy = find_oscillation(T, seen, np.full(T.size, noise))
+    whole = found(clean, noise)
+    assert gappy.periods[1].peak.stretch_unc > 2 * whole.periods[1].peak.stretch_unc
+    truth = true_peaks()[1]
+    assert abs(gappy.periods[1].peak.time_s - truth) < 4 * gappy.periods[1].peak.time_unc_s
+
+
+def test_noise_alone_does_not_ring() -> None:
+    result = found(np.ones_like(T))
+    assert result.status == "too_few"
+    assert result.periods == ()
+    assert np.isnan(result.free_period_s[0])
+
+
+def test_too_few_frames() -> None:
+    seen = np.full(T.size, np.nan)
+    seen[60:64] = 1.1
+    assert find_oscillation(T, seen, np.full(T.size, 1e-3)).status == "too_few"
