@@ -73,3 +73,12 @@ def test_the_demo_holds_what_the_regressions_need():
     assert sorted(seals) == [(False, "deep_seal")] * 4 + [(False, "sphere_seal"), (True, "deep_seal")]
     assert slow == 3
     assert {s.side.format for s in scenes} == {"png", "tiff", "mraw"}
+
+
+def test_the_paper_has_its_twenty_four_drops():
+    scenes = load_scenes(CONFIGS / "paper.yaml")
+    assert len(scenes) == 24
+    assert len({s.sphere.id for s in scenes}) == 8
+    soft = [s for s in scenes if s.sphere.law is not None]
+    off_model = [s for s in soft if s.physics.shallow_valleys or s.physics.period_growth]
+    assert len(off_model) == len(soft) // 2

@@ -91,7 +91,7 @@ def describe_experiment(scene: Scene, sources: dict[str, str]) -> dict[str, Any]
     if scene.top is not None:
         views["top"] = describe_view(scene.top, sources["top"])
         views["top"]["scale_px_per_m"] = scene.top.scale_px_per_m
-        if scene.top.camera_distance_m is not None:
+        if scene.top.camera_distance_m is not None and scene.switches.tell_camera_distance:
             views["top"]["camera_distance_m"] = scene.top.camera_distance_m
     experiment["views"] = views
     return experiment

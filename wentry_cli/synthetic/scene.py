@@ -110,6 +110,7 @@ class Switches(Part):
     wet_scale: Annotated[float, Field(ge=1, le=1.3)] = 1.0
     optical_axis_below_m: float = 0.06
     tell_optical_axis: bool = True
+    tell_camera_distance: bool = True
     mirror_image: bool = False
     surface_band_px: Annotated[float, Field(ge=0, le=60)] = 3.0
     surface_band_uneven: Share = 0.0
@@ -123,6 +124,7 @@ class Switches(Part):
     duplicated_frames: tuple[int, ...] = ()
     hot_pixels: Count = 0
     second_object: bool = False
+    lamp_image: bool = False
     jets: bool = False
 
 

@@ -89,7 +89,24 @@ def _draw_cavity(course: Course, now: Instant, view: SideGeometry) -> list[Polyg
         level = lamp.dark + (0.8 - lamp.dark) * (k + 1) / CORE_STEPS
         body = _mirror(np.column_stack([width, -now.depth[inside]]), now.wall_x_m[inside])
         polygons += view.draw(body, level, CORE * 10 + k) if len(body) > 3 else []
+    if course.scene.switches.lamp_image:
+        polygons += _draw_lamp_image(now, core, now.depth[inside], view)
     return polygons + _draw_films(course, now, view)
+
+
+def _draw_lamp_image(now: Instant, core: Floats, depth: Floats, view: SideGeometry) -> list[Polygon]:
+    """The inverted image of the lamp: dark bands bite into the bright core and draw necks that are none."""
+    if depth.size < 20:
+        return []
+    polygons: list[Polygon] = []
+    for share in (0.45, 0.75):
+        k = int(share * depth.size)
+        angle = np.linspace(0.0, 2.0 * np.pi, 60)
+        tall = 0.35 * float(core[k]) + 1e-9
+        for side in (1.0, -1.0):
+            x = now.wall_x_m[k] + side * core[k] * (1.0 + 0.3 * np.cos(angle))
+            polygons += view.draw(np.column_stack([x, -depth[k] + tall * np.sin(angle)]), 0.08, FILM * 10 - 1)
+    return polygons
 
 
 def find_film(course: Course, now: Instant, start: tuple[float, float]) -> Floats:

@@ -16,11 +16,12 @@ from wentry_cli.synthetic.camera_view import place_side
 from wentry_cli.synthetic.course import Course
 from wentry_cli.synthetic.outline import measure_outline
 from wentry_cli.synthetic.ring_cavity import find_contact
-from wentry_cli.synthetic.side_view import Instant, see_instant
+from wentry_cli.synthetic.side_view import Instant, find_film, see_instant
 from wentry_cli.synthetic.top_view import find_magnification, find_opening
 
 Floats = NDArray[np.float64]
 LEAST_ARC = 0.2
+WALL_ROWS = 24
 
 
 def find_separation(course: Course, now: Instant) -> float:
@@ -125,6 +126,20 @@ def tabulate_necks(course: Course, times: Floats) -> list[dict[str, Any]]:
             here[label] = y
             rows.append({"frame": k, "t_s": float(t), "neck": label, "y_m": y, "radius_m": radius})
         alive = here
+    return rows
+
+
+def tabulate_walls(course: Course, times: Floats) -> list[dict[str, Any]]:
+    """Rows of walls.csv: the cavity wall at WALL_ROWS depths a frame (wall 1) and the film inside it (wall 2)."""
+    rows: list[dict[str, Any]] = []
+    assert course.cavity is not None
+    for k, t in enumerate(times):
+        now = see_instant(course, float(t))
+        walls = [np.column_stack([now.wall, -now.depth])]
+        walls += [find_film(course, now, start) for start in course.cavity.starts[:1]]
+        for number, wall in enumerate(walls, start=1):
+            for radius, y in wall[:: max(1, len(wall) // WALL_ROWS)]:
+                rows.append({"frame": k, "t_s": float(t), "wall": number, "y_m": float(y), "radius_m": float(radius)})
     return rows
 
 
@@ -234,16 +249,19 @@ TRUTH_COLUMNS = (
     "frame", "time_s", "t_s", "stretch", "y_b_m", "y_c_m", "v_c_m_s", "a_c_m_s2", "separation_y_m", "measurable",
 )  # fmt: skip
 NECK_COLUMNS = ("frame", "t_s", "neck", "y_m", "radius_m")
+WALL_COLUMNS = ("frame", "t_s", "wall", "y_m", "radius_m")
 TOP_COLUMNS = ("frame", "time_s", "t_s", "stretch", "radius_px", "magnification", "measurable")
 
 
 def write_truth(course: Course, folder: Path, side_times: Floats | None, top_times: Floats | None) -> None:
-    """Write truth.csv, necks.csv, truth.yaml, and top.csv where there is a top view, into ``folder``."""
+    """Write truth.csv, necks.csv, walls.csv, truth.yaml, and top.csv where there is a top view, into ``folder``."""
     folder.mkdir(parents=True, exist_ok=True)
     times = side_times if side_times is not None else top_times
     assert times is not None
     write_rows(folder / "truth.csv", tabulate_side(course, times), TRUTH_COLUMNS)
     write_rows(folder / "necks.csv", tabulate_necks(course, times), NECK_COLUMNS)
+    if course.cavity is not None:
+        write_rows(folder / "walls.csv", tabulate_walls(course, times), WALL_COLUMNS)
     if top_times is not None:
         write_rows(folder / "top.csv", tabulate_top(course, top_times), TOP_COLUMNS)
     text = yaml.safe_dump(summarise_truth(course, times), sort_keys=False)
