@@ -133,6 +133,8 @@ def test_sensitivities_equal_differences():
         ends = [value + sign * step * (1.0 if name == "n" else value) for sign in (-1, 1)]
         low, high = ((changed(**{name: end}), 1.5) for end in ends)
         assert found[:, column] == pytest.approx(difference(low, high, width), abs=1e-7), name
+    crept = [solve_oscillation(ROW_2, 1.5, times, tolerance=1e-13, viscous_0=1 + e).stretch for e in (step, -step)]
+    assert found[:, 5] == pytest.approx((crept[0] - crept[1]) / (2 * step), abs=1e-7)
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,8 @@ FloatArray = NDArray[np.float64]
 
 SQRT3 = math.sqrt(3.0)
 STATE_SIZE = 4  # stretch, its rate, x = λ_p² − 1, dissipated energy
-SENSITIVITY_NAMES = ("stretch_0", "log_flow", "n", "stiffness_ratio")
+SENSITIVITY_NAMES = ("stretch_0", "log_flow", "n", "stiffness_ratio", "x_0")
+FULL_SIZE = 20  # state, five triples of sensitivities, and one place that stays 0: the kernel takes four at a time
 
 
 @dataclass(frozen=True)
@@ -170,9 +171,9 @@ def derivatives(state: FloatArray, groups: FloatArray, out: FloatArray) -> bool:
 
 @compiled
 def sensitivity_derivatives(state: FloatArray, groups: FloatArray, out: FloatArray) -> None:
-    """Time derivative of the sensitivities that follow the state, four triples (λ, dλ/dt*, x) each.
+    """Time derivative of the sensitivities that follow the state, five triples (λ, dλ/dt*, x).
 
-    The order is that of ``SENSITIVITY_NAMES``: initial stretch, ln A*, n, γ. Needs m ≥ 1, ξ > 0.
+    The order is that of ``SENSITIVITY_NAMES``: initial λ, ln A*, n, γ, initial x. Needs m ≥ 1, ξ > 0.
     """
     a, v, x = state[0], state[1], state[2]
     gamma, flow, n, m = groups[0], groups[1], groups[2], groups[3]
@@ -193,7 +194,7 @@ def sensitivity_derivatives(state: FloatArray, groups: FloatArray, out: FloatArr
     f_a = (-6.0 * v * v / (a * a) - 5.0 * inner - force * 6.0 * a5 / density) / density
     f_v = 12.0 * v / (a * density)
     f_x = -5.0 * gamma * s_x * a5 / density
-    for j in range(4):
+    for j in range(5):
         k = STATE_SIZE + 3 * j
         sa, sv, sx = state[k], state[k + 1], state[k + 2]
         out[k] = sv
@@ -202,3 +203,4 @@ def sensitivity_derivatives(state: FloatArray, groups: FloatArray, out: FloatArr
     out[STATE_SIZE + 5] += 2.0 * p * r
     out[STATE_SIZE + 8] += 2.0 * p * r * math.log(c)
     out[STATE_SIZE + 10] += -5.0 * s * a5 / density
+    out[FULL_SIZE - 1] = 0.0

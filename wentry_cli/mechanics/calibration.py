@@ -66,18 +66,20 @@ class Calibration:
     stretch_0: FloatArray
     stretch_0_unc: FloatArray
     shift_s: FloatArray
+    stretch_viscous_0: FloatArray
     residual_rms: float
     points: int
     status: str
     warning: str
 
 
-def fit_flow(material: Material, drops: Sequence[Ringing]) -> Calibration:
+def fit_flow(material: Material, drops: Sequence[Ringing], *, creep: bool = False) -> Calibration:
     """Fit ε̇₀ and n jointly to all ``drops`` of a sphere; its other parameters are those of ``material``.
 
-    Each drop has its own initial stretch and time shift. Weighted least squares with forward sensitivities from the
-    best of a scan of 36 points; points beyond six robust standard deviations are left out. Uncertainties from the
-    residuals (Student), intervals linear in (ln ε̇₀, n).
+    Each drop has its own initial stretch and time shift, and with ``creep`` its own λ_p at the peak: the sphere has
+    flowed while it was loaded, which λ_p = 1, the paper's choice, ignores. Weighted least squares with forward
+    sensitivities from the best of a scan of 36 points; points beyond six robust standard deviations are left out.
+    Uncertainties from the residuals (Student), intervals linear in (ln ε̇₀, n).
 
     Raises ``ConfigurationError`` where ``material`` makes no sense.
     """
@@ -88,7 +90,7 @@ def fit_flow(material: Material, drops: Sequence[Ringing]) -> Calibration:
     usable = [_clean(drop) for drop in drops]
     if not usable or min(drop.times_s.size for drop in usable) < FEWEST_POINTS:
         return _unfitted(material, usable)
-    problem = _Problem(scaled, math.log(groups.flow), usable)
+    problem = _Problem(scaled, math.log(groups.flow), usable, creep)
     start = problem.scan()
     if start is None:
         return _unfitted(material, usable)
@@ -112,19 +114,18 @@ def _clean(drop: Ringing) -> Ringing:
 
 
 class _Problem:
-    """Residuals and Jacobian over all drops; parameters: ln flow, n, then λ₀ of each drop, then its shift/t_c."""
+    """Residuals and Jacobian over all drops; parameters: ln flow, n, then of each drop λ₀, shift/t_c, ln λ_p(0)."""
 
-    def __init__(self, material: Material, log_unit: float, drops: Sequence[Ringing]) -> None:
-        self.material, self.log_unit, self.drops = material, log_unit, list(drops)
+    def __init__(self, material: Material, log_unit: float, drops: Sequence[Ringing], creep: bool) -> None:
+        self.material, self.log_unit, self.drops, self.creep = material, log_unit, list(drops), creep
         self.time_unit = find_groups(material).time_scale_s
         self.points = sum(drop.times_s.size for drop in drops)
         count = len(self.drops)
         low, high = STRETCH_RANGE
-        self.bounds = (
-            np.array([LOG_FLOW_RANGE[0], N_RANGE[0], *[max(low, 1.0005)] * count, *[-0.3] * count]),
-            np.array([LOG_FLOW_RANGE[1], N_RANGE[1], *[min(high, 6.0)] * count, *[0.3] * count]),
-        )
-        self.scale = np.array([0.5, 0.3, *[0.05] * count, *[0.05] * count])
+        ranges = [LOG_FLOW_RANGE, N_RANGE, *[(max(low, 1.0005), min(high, 6.0))] * count, *[(-0.3, 0.3)] * count]
+        ranges += [(-0.3, 0.7)] * (count if creep else 0)
+        self.bounds = (np.array([r[0] for r in ranges]), np.array([r[1] for r in ranges]))
+        self.scale = np.array([0.5, 0.3] + [0.05] * (len(ranges) - 2))
 
     def material_at(self, log_flow: float, n: float) -> Material:
         """The material with A* c_refⁿ = exp(log_flow)."""
@@ -134,7 +135,7 @@ class _Problem:
     def scan(self) -> FloatArray | None:
         """The best of 36 pairs with λ₀ from the data; None where nothing could be integrated."""
         peaks = [max(float(np.mean(np.sort(drop.stretch)[-3:])), 1.001) for drop in self.drops]
-        rest = [*peaks, *[0.0] * len(peaks)]
+        rest = [*peaks, *[0.0] * len(peaks) * (2 if self.creep else 1)]
         found = [(self._cost(math.log(flow), n, peaks), math.log(flow), n) for n in SCAN_N for flow in SCAN_FLOW]
         cost, log_flow, n = min(found)
         return np.array([log_flow, n, *rest]) if math.isfinite(cost) else None
@@ -158,8 +159,9 @@ class _Problem:
         residuals, rows = [], []
         for k, drop in enumerate(self.drops):
             times = np.maximum(drop.times_s - x[2 + count + k] * self.time_unit, 0.0)
+            crept = math.exp(x[2 + 2 * count + k]) if self.creep else 1.0
             try:
-                model = solve_oscillation(material, float(x[2 + k]), times, **FIT)
+                model = solve_oscillation(material, float(x[2 + k]), times, viscous_0=crept, **FIT)
             except ConfigurationError:
                 return None
             block = np.zeros((times.size, x.size))
@@ -168,6 +170,8 @@ class _Problem:
             block[:, 1] = to_n - to_flow * math.log(REFERENCE_HARDENING)
             block[:, 2 + k] = to_start
             block[:, 2 + count + k] = -model.rate_1_s * self.time_unit
+            if self.creep:
+                block[:, 2 + 2 * count + k] = model.sensitivities[:, 5]
             residuals.append((model.stretch - drop.stretch) / drop.stretch_unc)
             rows.append(block / drop.stretch_unc[:, None])
         return np.concatenate(residuals), np.concatenate(rows)
@@ -185,7 +189,7 @@ class _Problem:
             Ringing(drop.times_s[~out], drop.stretch[~out], drop.stretch_unc[~out])
             for drop, out in zip(self.drops, np.split(far, sizes), strict=True)
         ]
-        return _Problem(self.material, self.log_unit, kept)
+        return _Problem(self.material, self.log_unit, kept, self.creep)
 
 
 def _result(material: Material, problem: _Problem, minimum: Minimum) -> Calibration:
@@ -218,7 +222,8 @@ def _result(material: Material, problem: _Problem, minimum: Minimum) -> Calibrat
         correlation=float(pair[0, 1] / (log_unc * n_unc)) if log_unc > 0.0 and n_unc > 0.0 else math.nan,
         stretch_0=stretch_0,
         stretch_0_unc=np.sqrt(np.diag(covariance)[2 : 2 + count]),
-        shift_s=x[2 + count :] * problem.time_unit,
+        shift_s=x[2 + count : 2 + 2 * count] * problem.time_unit,
+        stretch_viscous_0=np.exp(x[2 + 2 * count :]) if problem.creep else np.ones(count),
         residual_rms=float(np.sqrt(np.mean((minimum.residual / weights) ** 2))),
         points=size,
         status="ok" if identified else "not_identified",
@@ -250,6 +255,7 @@ def _unfitted(material: Material, drops: Sequence[Ringing]) -> Calibration:
         stretch_0=none,
         stretch_0_unc=none,
         shift_s=none,
+        stretch_viscous_0=none,
         residual_rms=nan,
         points=sum(drop.times_s.size for drop in drops),
         status="too_few",

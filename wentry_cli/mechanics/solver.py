@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from wentry_cli.errors import ConfigurationError
 from wentry_cli.mechanics import stepping
 from wentry_cli.mechanics.bergstrom_boyce import (
+    FULL_SIZE,
     SENSITIVITY_NAMES,
     STATE_SIZE,
     FloatArray,
@@ -20,7 +21,7 @@ from wentry_cli.mechanics.bergstrom_boyce import (
     flow_hardening,
 )
 
-PARAMETERS = ("stretch_0", "eps0_dot_1_s", "n", "g_inf_pa", "g_t_pa")
+PARAMETERS = ("stretch_0", "eps0_dot_1_s", "n", "g_inf_pa", "g_t_pa", "viscous_0")
 SMALL_PERIOD = 2.0 * 2.0 * math.pi / math.sqrt(40.0)  # of the relaxed sphere at small amplitude, in units of t_c
 LONGEST_STEP = 0.4  # of the shortest period: a step never holds two extrema
 LEAST_TOLERANCE = 1e-14
@@ -36,7 +37,7 @@ class Trajectory:
     ``event_*`` are all extrema and crossings of λ = 1 in the order in which they happen, ``event_kind`` one of
     ``stepping.PEAK``, ``VALLEY``, ``UPWARD``, ``DOWNWARD``; the release itself is not among them.
     ``sensitivities`` has a row per time and a column per name in ``PARAMETERS`` (or no column): dλ/dλ₀, dλ/d ln ε̇₀,
-    dλ/dn, dλ/d ln G∞, dλ/d ln G_T.
+    dλ/dn, dλ/d ln G∞, dλ/d ln G_T, dλ/d ln λ_p(0).
     ``energy_error`` is the largest violation of the energy balance over the initial energy.
     """
 
@@ -80,8 +81,9 @@ def solve_oscillation(
     sensitivities: bool = False,
     peaks_wanted: int = 0,
     most_steps: int = MOST_STEPS,
+    viscous_0: float = 1.0,
 ) -> Trajectory:
-    """Integrate λ(t) from λ(0) = ``stretch_0`` at rest, λ_p(0) = 1, and sample it at the rising ``times_s``.
+    """Integrate λ(t) from λ(0) = ``stretch_0`` at rest, λ_p(0) = ``viscous_0``; sample it at the rising ``times_s``.
 
     ``tolerance`` bounds the local error of every step relative to 1 + |state|; the global error is of its size. A small
     oscillation is integrated more accurately in proportion to |λ₀ − 1|.
@@ -92,14 +94,15 @@ def solve_oscillation(
     """
     groups = find_groups(material)
     low, high = STRETCH_RANGE
-    if not low <= stretch_0 <= high:
-        raise ConfigurationError(f"an initial stretch of {stretch_0:g} is outside {low:g} to {high:g}")
+    for value in (stretch_0, viscous_0):
+        if not low <= value <= high:
+            raise ConfigurationError(f"an initial stretch of {value:g} is outside {low:g} to {high:g}")
     times = np.ascontiguousarray(times_s, dtype=np.float64)
     if times.ndim != 1 or times.size == 0 or not np.all(np.isfinite(times)) or np.any(np.diff(times) < 0.0):
         raise ValueError("times_s must be a rising, finite, non-empty array of one dimension")
     if sensitivities and (material.m < 1.0 or material.xi == 0.0):
         raise ConfigurationError("sensitivities need m of at least 1 and xi > 0; the flow rule is not smooth otherwise")
-    return _integrate(groups, stretch_0, times, (tolerance, sensitivities, peaks_wanted, most_steps))
+    return _integrate(groups, (stretch_0, viscous_0), times, (tolerance, sensitivities, peaks_wanted, most_steps))
 
 
 def find_period(material: Material, stretch_0: float, *, tolerance: float = 1e-10) -> float:
@@ -112,20 +115,23 @@ def find_period(material: Material, stretch_0: float, *, tolerance: float = 1e-1
 
 
 def _integrate(
-    groups: Groups, stretch_0: float, times: FloatArray, options: tuple[float, bool, int, int]
+    groups: Groups, start: tuple[float, float], times: FloatArray, options: tuple[float, bool, int, int]
 ) -> Trajectory:
     tolerance, sensitivities, peaks_wanted, most_steps = options
-    size = STATE_SIZE + (3 * len(SENSITIVITY_NAMES) if sensitivities else 0)
+    stretch_0, viscous_0 = start
+    size = FULL_SIZE if sensitivities else STATE_SIZE
     initial = np.zeros(size)
-    initial[0] = stretch_0
+    initial[0], initial[2] = stretch_0, (viscous_0 - 1.0) * (viscous_0 + 1.0)
     if sensitivities:
         initial[STATE_SIZE] = 1.0
+        initial[FULL_SIZE - 2] = 2.0 * viscous_0**2  # of x = λ_p² − 1 to ln λ_p
     scaled = times / groups.time_scale_s
     fast = math.sqrt(1.0 + groups.stiffness_ratio)
     end = max(float(scaled[-1]), 0.0)
     events = np.empty((min(int(4.5 * end * fast / SMALL_PERIOD) + 16, MOST_EVENTS), stepping.EVENT_COLUMNS))
     sampled = np.full((times.size, size), np.nan)
-    local = max(tolerance * min(1.0, 2.0 * abs(stretch_0 - 1.0)), LEAST_TOLERANCE)
+    swing = max(abs(stretch_0 - 1.0), abs(viscous_0 - 1.0))
+    local = max(tolerance * min(1.0, 2.0 * swing), LEAST_TOLERANCE)
     limits = np.array([local, LONGEST_STEP * SMALL_PERIOD / fast, most_steps, peaks_wanted])
     counts = np.zeros(5, dtype=np.int64)
     output = (scaled, sampled, events)
@@ -170,7 +176,8 @@ def _physical_sensitivities(groups: Groups, scaled: FloatArray, sampled: FloatAr
     """Chain rule from the groups to the columns of ``Trajectory.sensitivities``."""
     if sampled.shape[1] == STATE_SIZE:
         return np.empty((scaled.size, 0))
-    to_start, to_flow, to_n, to_ratio = (sampled[:, STATE_SIZE + 3 * j] for j in range(len(SENSITIVITY_NAMES)))
+    triples = (sampled[:, STATE_SIZE + 3 * j] for j in range(len(SENSITIVITY_NAMES)))
+    to_start, to_flow, to_n, to_ratio, to_viscous = triples
     to_log_inf = 0.5 * scaled * sampled[:, 1] - groups.stiffness_ratio * to_ratio - 0.5 * to_flow
     to_log_t = groups.stiffness_ratio * to_ratio + groups.m * to_flow
-    return np.column_stack([to_start, to_flow, to_n, to_log_inf, to_log_t])
+    return np.column_stack([to_start, to_flow, to_n, to_log_inf, to_log_t, to_viscous])
