@@ -12,6 +12,7 @@ RISE_PX = 1.0
 BLURRED_ROWS, SIDE_ROWS = 2, 9  # a kink is blurred within the first; each side is read up to the second
 BLUR_PX = 1.2  # of the image and of the smoothing along the wall
 LEDGE_PX = 6.0  # a step of the width between two rows
+LEDGE_UNC_PX = 0.7
 MISFIT = 2.5  # in units of the noise: above it a smooth vertex does not describe the minimum
 
 
@@ -44,6 +45,8 @@ def find_vertex(y: Floats, width: Floats, index: int, *, noise: float) -> tuple[
     rounds off: there both sides are continued to where they meet; at a ledge the side without the step is continued
     to it. ``noise`` is the standard deviation of one width.
     """
+    if width[index] == 0.0:
+        return float(y[index]), 0.0, 0.0
     ledge = _ledge(y, width, index)
     if ledge is not None:
         return ledge
@@ -126,16 +129,19 @@ def _kink(y: Floats, width: Floats, index: int) -> tuple[float, float, float] | 
 
 
 def _ledge(y: Floats, width: Floats, index: int) -> tuple[float, float, float] | None:
-    """Continue the side without a step to the step, where one lies within the blurred rows of the minimum."""
+    """Continue the side without a step to the step, where one lies within the blurred rows of the minimum.
+
+    Blur hides how the wall bends right below the step, hence the large uncertainty.
+    """
     for step in (-1, 1):
         for near in range(BLURRED_ROWS + 1):
             here, there = index + step * near, index + step * (near + 1)
             if not 0 <= there < width.size or width[there] - width[here] < LEDGE_PX:
                 continue
-            other = _side(y, width, index, -step)
-            if other is None:
+            part = slice(index + 1, index + 7) if step < 0 else slice(max(index - 6, 0), index)
+            if width[part].size < 5:
                 return None
             row = 0.5 * float(y[here] + y[there] - 2.0 * y[index])
-            value = float(np.sqrt(max(float(np.polyval(other, row)), 0.0)))
-            return float(y[index] + row), float(np.clip(value, 0.0, width[index])), 0.1
+            value = float(np.polyval(np.polyfit(y[part] - y[index], width[part], 2), row))
+            return float(y[index] + row), float(np.clip(value, 0.0, width[index])), LEDGE_UNC_PX
     return None

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from wentry_cli.cavity.row_edges import find_edges, find_missing_light, mend_thin_walls
+from wentry_cli.cavity.row_edges import find_closed_rows, find_edges, find_missing_light, mend_thin_walls
 from wentry_cli.cavity.wall_smoothing import smooth_wall
 from wentry_cli.imaging.patch import Patch
 
@@ -40,10 +40,10 @@ class CavityProfile:
     """Outer silhouette of cavity and sphere in one frame, pixels of the full frame.
 
     ``y_px`` (n,) are rows from the surface down to the sphere's equator; ``left_px`` and ``right_px`` the smoothed
-    edges, NaN where not seen. ``top_y_px`` is the highest row in which any of it is dark, ``edge_unc_px`` the standard
-    uncertainty of one smoothed edge. ``cut_off`` tells that a wall reaches the rim of the patch well below the surface.
-    ``status`` is ``ok``, ``no_edge`` (no cavity in sight) or ``out_of_frame`` (nothing between surface and sphere lies
-    in the patch).
+    edges, NaN where not seen and equal (on the axis) in rows where the cavity has closed. ``top_y_px`` is the highest
+    row in which any of it is dark, ``edge_unc_px`` the standard uncertainty of one smoothed edge. ``cut_off`` tells
+    that a wall reaches the rim of the patch well below the surface. ``status`` is ``ok``, ``no_edge`` (no cavity in
+    sight) or ``out_of_frame`` (nothing between surface and sphere lies in the patch).
     """
 
     y_px: Floats
@@ -87,8 +87,11 @@ def measure_profile(patch: Patch, sphere: SphereOutline, *, surface_y_px: float)
     seen = np.isfinite(left)
     if seen.sum() < 8:
         return empty_profile("no_edge")
+    closed = find_closed_rows(values[:rows], body[:rows], 0.5 * (ground + dark))
+    left[closed] = right[closed] = np.nan
     left, left_spread = smooth_wall(-left)
     right, right_spread = smooth_wall(right)
+    left[closed], right[closed] = patch.x0 - sphere.x_px, sphere.x_px - patch.x0
     return CavityProfile(
         y_px=first + np.arange(rows, dtype=np.float64),
         left_px=patch.x0 - left,

@@ -11,6 +11,7 @@ Floats = NDArray[np.float64]
 
 THIN_WALL_PX = (1.6, 2.6)  # thinner than that the blur of its two sides overlaps, thicker it does not
 REFERENCE_ROWS = 12
+WIDEST_FAINT_PX = 12  # a faint row wider than that is blur between two dark things, not a thin neck
 
 
 @compiled
@@ -117,3 +118,27 @@ def _nearest(thick: NDArray[np.int64], row: int) -> slice:
     """The slice of the increasing rows ``thick`` that lie nearest to ``row``."""
     first = int(np.clip(np.searchsorted(thick, row) - REFERENCE_ROWS // 2, 0, max(thick.size - REFERENCE_ROWS, 0)))
     return slice(first, first + REFERENCE_ROWS)
+
+
+@compiled
+def find_closed_rows(values: NDArray[np.float32], body: NDArray[np.uint8], level: float) -> NDArray[np.bool_]:
+    """Rows between the first and the last of the body in which nothing is left of it."""
+    rows, columns = body.shape
+    open_rows = np.zeros(rows, np.bool_)
+    top, bottom = rows, -1
+    for row in range(rows):
+        first, last = _span(body, row)
+        if first < 0:
+            continue
+        dark = last - first < WIDEST_FAINT_PX
+        for column in range(columns):
+            if body[row, column] and values[row, column] < level:
+                dark = True
+                break
+        if dark:
+            open_rows[row] = True
+            top, bottom = min(top, row), row
+    closed = np.zeros(rows, np.bool_)
+    for row in range(top, bottom):
+        closed[row] = not open_rows[row]
+    return closed

@@ -64,7 +64,7 @@ class _Rows:
         step = max(2, round(view.radius_px / ROWS_PER_RADIUS))
         foot = view.separation_px[frame]
         lowest = foot if np.isfinite(foot) else sphere.top_y_px
-        kept = (profile.y_px % step == 0) & (profile.y_px <= lowest) & np.isfinite(profile.width_px)
+        kept = (profile.y_px % step == 0) & (profile.y_px <= lowest) & (profile.width_px > 0.0)
         if not kept.any():
             return
         rows = profile.y_px[kept]
