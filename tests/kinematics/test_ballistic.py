@@ -16,13 +16,15 @@ def test_without_noise_the_parabola_comes_back() -> None:
     assert fit.noise_scale == 1.0
 
 
-@pytest.mark.parametrize("stated", [1.0, 0.1])
-def test_the_interval_holds_gravity_as_often_as_it_says(stated: float) -> None:
-    """Fifteen frames, whether the noise was stated right or ten times too small."""
+@pytest.mark.parametrize(("stated", "relative"), [(1.0, False), (0.1, False), (10.0, True)])
+def test_the_interval_holds_gravity_as_often_as_it_says(stated: float, relative: bool) -> None:
+    """Fifteen frames, whether the noise was stated right, ten times too small, or only in its ratios."""
     t, noise, held, widths = np.arange(15) / 30000, 2e-7, 0, []
     for seed in range(400):
         random = np.random.default_rng(seed)
-        fit = fit_parabola(t, -1.57 * t - 4.905 * t**2 + noise * random.normal(size=15), stated * noise)
+        fit = fit_parabola(
+            t, -1.57 * t - 4.905 * t**2 + noise * random.normal(size=15), stated * noise, relative=relative
+        )
         unc = np.sqrt(fit.covariance[2, 2])
         held += abs(fit.parameters[2] + 9.81) < 1.96 * unc
         widths.append(unc)

@@ -19,7 +19,8 @@ class Parabola:
     """y = p + v (t − t₀) + a (t − t₀)²/2 with covariance (3, 3) of (p, v, a), already scaled to the scatter found.
 
     ``used`` marks the samples kept; ``residual`` is measured − fitted (NaN where missing); ``noise_scale`` is the
-    factor on the stated uncertainties (1 where the scatter is smaller than stated); ``status`` is ok or too_few.
+    factor on the stated uncertainties (1 where the scatter is smaller, unless they are only relative); ``status`` is ok
+    or too_few.
     """
 
     origin_s: float
@@ -40,11 +41,14 @@ class Parabola:
         return carry @ self.parameters, carry @ self.covariance @ carry.transpose(0, 2, 1)
 
 
-def fit_parabola(times_s: Array, position_m: Array, position_unc_m: Array | float) -> Parabola:
+def fit_parabola(
+    times_s: Array, position_m: Array, position_unc_m: Array | float, *, relative: bool = False
+) -> Parabola:
     """Fit a constant acceleration to positions (n; NaN = missing) with standard uncertainties.
 
-    The uncertainty is the larger of what is stated and what scatters, the latter widened by Student's t so that
-    ± 1.96 standard uncertainties hold 95 % with few frames too. Samples beyond five robust standard deviations are left
+    The uncertainty is the larger of what is stated and what scatters (where only the ratios of the stated ones can be
+    trusted, ``relative``: what scatters), the latter widened by Student's t so that ± 1.96 standard uncertainties hold
+    95 % with few frames too. Samples beyond five robust standard deviations are left
     out. Fewer than four measured frames: NaN and ``too_few``.
     """
     times = np.asarray(times_s, dtype=float)
@@ -69,7 +73,7 @@ def fit_parabola(times_s: Array, position_m: Array, position_unc_m: Array | floa
         used = keep
     free = int(used.sum()) - design.shape[1]
     scatter = float(np.sqrt(np.sum(score[used] ** 2) / free))
-    scale = max(1.0, scatter * float(stdtrit(free, 0.975)) / 1.959964)
+    scale = max(0.0 if relative else 1.0, scatter * float(stdtrit(free, 0.975)) / 1.959964)
     units = 1.0 / length ** np.arange(3)
     covariance = np.linalg.inv(weighted.T @ weighted) * np.outer(units, units) * scale**2
     return Parabola(origin, solution * units, covariance, used, position - design @ solution, scale, "ok")

@@ -74,13 +74,19 @@ def _free_flight(folder: Path, drop: Drop) -> dict[str, Any] | None:
 
 
 def _centre_unc(view: pd.DataFrame, geometry: dict[str, Any]) -> Array:
-    """Image noise of the centre, m: that of the lowest point, else of the radius, of which it is made."""
-    for name in ("bottom_y_px_unc", "radius_px_unc"):
-        if name in view.columns:
-            unc = column(view, name) / number(geometry, "scale_px_per_m")
-            if np.isfinite(unc).any():
-                return np.where(np.isfinite(unc) & (unc > 0), unc, np.nanmedian(unc))
-    return np.full(len(view), 0.1 / number(geometry, "scale_px_per_m"))
+    """Standard uncertainty of the centre, m, as the recording itself shows it.
+
+    The radius of the sphere is constant, so that its scatter, slow drifts included, is the error of the edge; a centre
+    made of the same edge has √2 times that variance's root. From frame to frame it follows the stated uncertainty.
+    """
+    scale = number(geometry, "scale_px_per_m")
+    stated = column(view, "radius_px_unc") / scale
+    stated = np.where(np.isfinite(stated) & (stated > 0.0), stated, np.nan)
+    typical = float(np.nanmedian(stated)) if np.isfinite(stated).any() else 0.1 / scale
+    radius = column(view, "radius_px") / scale
+    known = radius[np.isfinite(radius)]
+    scatter = math.sqrt(2.0) * float(np.std(known, ddof=1)) if known.size > 3 else typical
+    return np.where(np.isfinite(stated), stated / typical, 1.0) * (scatter or typical)
 
 
 def _entry(folder: Path, drop: Drop) -> dict[str, Any] | None:
