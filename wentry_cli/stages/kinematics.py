@@ -76,16 +76,21 @@ def _free_flight(folder: Path, drop: Drop) -> dict[str, Any] | None:
 def _centre_unc(view: pd.DataFrame, geometry: dict[str, Any]) -> Array:
     """Standard uncertainty of the centre, m, as the recording itself shows it.
 
-    The radius of the sphere is constant, so that its scatter, slow drifts included, is the error of the edge; a centre
-    made of the same edge has √2 times that variance's root. From frame to frame it follows the stated uncertainty.
+    The radius of the sphere is constant, so that its scatter about a line, slow bends included, is the error of the
+    edge; a centre made of the same edge scatters √2 times as much. (A line: an edge that drifts steadily falsifies a
+    speed, not an acceleration.) From frame to frame it follows the stated uncertainty.
     """
     scale = number(geometry, "scale_px_per_m")
     stated = column(view, "radius_px_unc") / scale
     stated = np.where(np.isfinite(stated) & (stated > 0.0), stated, np.nan)
     typical = float(np.nanmedian(stated)) if np.isfinite(stated).any() else 0.1 / scale
     radius = column(view, "radius_px") / scale
-    known = radius[np.isfinite(radius)]
-    scatter = math.sqrt(2.0) * float(np.std(known, ddof=1)) if known.size > 3 else typical
+    known = np.isfinite(radius)
+    scatter = typical
+    if known.sum() > 3:
+        frames = np.arange(radius.size)[known]
+        off = radius[known] - np.polyval(np.polyfit(frames, radius[known], 1), frames)
+        scatter = math.sqrt(2.0 * float(np.sum(off**2)) / (known.sum() - 2))
     return np.where(np.isfinite(stated), stated / typical, 1.0) * (scatter or typical)
 
 
