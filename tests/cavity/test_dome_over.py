@@ -1,0 +1,50 @@
+"""Dome-over from the grey level of a disc in the top view."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from wentry_cli.cavity.dome_over import disc_level, find_dome_over
+
+T = np.arange(40) * 5e-4
+
+
+def levels(closure: float, *, sphere: float = 12.0, splash: float = 60.0, speed: float = 300.0) -> np.ndarray:
+    opening = np.clip(speed * (closure - T), 0.0, 1.0)
+    noise = np.random.default_rng(0).normal(0.0, 0.2, T.size)
+    return splash + (sphere - splash) * opening**2 + noise
+
+
+@pytest.mark.parametrize("closure", [0.0081, 0.0103, 0.0118])
+def test_closure_of_the_crown_to_half_a_frame(closure: float) -> None:
+    found = find_dome_over(T, levels(closure))
+    assert found.status == "ok"
+    assert found.t_s == pytest.approx(closure, abs=2.5e-4)
+    assert abs(found.t_s - closure) < 3.0 * found.t_unc_s
+
+
+def test_a_bright_sphere_behind_a_dark_splash_and_missing_frames() -> None:
+    seen = levels(0.0103, sphere=150.0, splash=40.0)
+    seen[5::7] = np.nan
+    assert find_dome_over(T, seen).t_s == pytest.approx(0.0103, abs=4e-4)
+
+
+def test_a_crown_that_closes_between_two_frames() -> None:
+    found = find_dome_over(T, levels(0.0103, speed=9e4))
+    assert found.status == "ok"
+    assert found.t_s == pytest.approx(0.0103, abs=5e-4)
+
+
+def test_what_cannot_be_seen_has_a_status() -> None:
+    assert find_dome_over(T, levels(0.05)).status in {"clip_ended", "no_edge"}
+    assert find_dome_over(T, levels(0.01, sphere=58.0)).status == "no_edge"
+    assert find_dome_over(T, np.full(T.size, np.nan)).status == "no_edge"
+    assert find_dome_over(T[:5], levels(0.01)[:5]).status == "clip_ended"
+
+
+def test_disc_level_is_the_mean_inside() -> None:
+    y, x = np.mgrid[:40, :50]
+    image = np.where((x - 20.0) ** 2 + (y - 15.0) ** 2 < 100.0, 7.0, 200.0)
+    assert disc_level(image, 20.0, 15.0, 8.0) == pytest.approx(7.0)
+    assert np.isnan(disc_level(image, -50.0, 15.0, 8.0))
