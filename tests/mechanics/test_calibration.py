@@ -34,7 +34,7 @@ def random_sphere(rng):
     return Material(**{**base.__dict__, "n": n, "eps0_dot_1_s": eps0_dot})
 
 
-def ringings(material, rng, peaks=(1.2, 1.45, 1.7), noise=0.005):
+def ringings(material, rng, peaks=(1.2, 1.45, 1.7), noise=0.005, creep=0.0):
     """Drops seen over about four periods, 25 frames a period at least, the peak known to a tenth of a frame."""
     unit = 2 * material.radius_m * math.sqrt(material.density_kg_m3 / material.g_inf_pa)
     fps = max(2000.0, 25.0 / unit)
@@ -43,7 +43,8 @@ def ringings(material, rng, peaks=(1.2, 1.45, 1.7), noise=0.005):
         times = np.arange(0.0, rng.uniform(3.0, 5.0) * unit, 1 / fps) + rng.uniform(0.0, 1 / fps)
         shift = rng.normal(0.0, 0.1 / fps)
         start = peak + rng.uniform(-0.08, 0.08)
-        clean = solve_oscillation(material, start, np.maximum(times - shift, 0.0)).stretch
+        crept = start**creep
+        clean = solve_oscillation(material, start, np.maximum(times - shift, 0.0), viscous_0=crept).stretch
         drops.append(Ringing(times, clean + noise * rng.standard_normal(times.size), np.full(times.size, noise)))
     return drops
 
@@ -85,6 +86,18 @@ def test_exact_data_give_exact_parameters():
     fit = fit_flow(truth, ringings(truth, np.random.default_rng(0), noise=1e-9))
     assert fit.material.n == pytest.approx(truth.n, abs=1e-5)
     assert fit.material.eps0_dot_1_s == pytest.approx(truth.eps0_dot_1_s, rel=1e-5)
+
+
+@pytest.mark.parametrize("row", [1, 2])
+def test_creep_while_loading_is_told_from_the_flow(row):
+    """A sphere that has flowed before its peak: the parameters stay true, where λ_p = 1 puts them far off."""
+    truth = sphere(row)
+    drops = ringings(truth, np.random.default_rng(row), noise=0.001, creep=0.5)
+    fit, naive = fit_flow(truth, drops), fit_flow(truth, drops, creep=False)
+    assert np.abs(scores(fit, truth)) == pytest.approx(0.0, abs=4.0)
+    assert fit.stretch_viscous_0 == pytest.approx(np.sqrt(fit.stretch_0), abs=0.01)
+    assert naive.residual_rms > 1.5 * fit.residual_rms
+    assert abs(naive.flow_1_s - fit.flow_1_s) > 5.0 * fit.flow_unc_1_s
 
 
 def test_a_bad_frame_is_left_out():

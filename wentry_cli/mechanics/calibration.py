@@ -1,8 +1,8 @@
 """ε̇₀ and n of a sphere from its drops on a rigid surface, all heights together.
 
 The two are almost one parameter (their correlation is about .998): what the data know is the flow ε̇₀ cⁿ at the
-hardening c ≈ .12 where these spheres spend their time. The fit runs in (ln[ε̇₀ c_refⁿ], n) and in the initial stretch
-and time of each drop; it starts from a scan, so that nobody has to guess.
+hardening c ≈ .12 where these spheres spend their time. The fit runs in (ln[ε̇₀ c_refⁿ], n), in the initial stretch and
+time of each drop and in what it has crept while it was loaded; it starts from a scan, so that nobody has to guess.
 """
 
 from __future__ import annotations
@@ -73,13 +73,13 @@ class Calibration:
     warning: str
 
 
-def fit_flow(material: Material, drops: Sequence[Ringing], *, creep: bool = False) -> Calibration:
+def fit_flow(material: Material, drops: Sequence[Ringing], *, creep: bool = True) -> Calibration:
     """Fit ε̇₀ and n jointly to all ``drops`` of a sphere; its other parameters are those of ``material``.
 
-    Each drop has its own initial stretch and time shift, and with ``creep`` its own λ_p at the peak: the sphere has
-    flowed while it was loaded, which λ_p = 1, the paper's choice, ignores. Weighted least squares with forward
-    sensitivities from the best of a scan of 36 points; points beyond six robust standard deviations are left out.
-    Uncertainties from the residuals (Student), intervals linear in (ln ε̇₀, n).
+    Each drop has its own initial stretch, time shift and, with ``creep``, λ_p at the peak: the sphere has flowed while
+    it was loaded. Without it λ_p = 1, the paper's choice, and the parameters absorb the creep. Weighted least squares
+    with forward sensitivities from the best of a scan of 36 points; points beyond six robust standard deviations are
+    left out. Uncertainties from the residuals (Student), intervals linear in (ln ε̇₀, n).
 
     Raises ``ConfigurationError`` where ``material`` makes no sense.
     """
