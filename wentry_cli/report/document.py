@@ -6,94 +6,52 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from matplotlib.backends.backend_pdf import PdfPages
+from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
 from matplotlib.figure import Figure, SubFigure
 
-from wentry_cli.report import tabulation
-from wentry_cli.report.drawing import styled
-from wentry_cli.report.numbers import DASH
-from wentry_cli.report.page import Content, headline
-from wentry_cli.report.panel import Panel
+from wentry_cli.report.drawing import Drawn, styled
+from wentry_cli.report.page import Content
+from wentry_cli.report.print_text import A4, text_pages
 from wentry_cli.report.style import Look, plain
-from wentry_cli.report.tabulation import TextTable
 from wentry_cli.tables import replacing
 
-A4 = (8.27, 11.69)
 NO_METADATA = {"CreationDate": None, "ModDate": None, "Producer": None, "Creator": "wentry", "Title": "wentry report"}
-CAPTION: Look = {"fontsize": 6.3, "color": "#444444", "va": "top", "linespacing": 1.25}
-USED = 10.4  # inches of a page's height that panels may take
-LINES = 66  # of a page of text
-LETTERS = 118
+MARGINS = (0.055, 0.89, 0.055)
+USED = 11.05  # inches of a page's height that panels may take
+SHRINK = 0.92  # three rows on a page
+CAPTION: Look = {"fontsize": 5.8, "color": "#444444", "va": "top", "linespacing": 1.25}
+LINE = 0.108  # inches of a line of a caption
+HEAD = 0.24
 
 
 def write_document(content: Content, path: Path) -> None:
     """Write title page, tables, figures, then the drops one by one; without dates, so that the bytes repeat."""
     with replacing(path) as temporary, styled(), PdfPages(temporary, metadata=NO_METADATA) as pages:
         for figure in _pages(content):
-            pages.savefig(figure)
+            # One pass; savefig would draw everything twice.
+            FigureCanvasPdf(figure).print_pdf(pages)  # type: ignore[no-untyped-call]
 
 
 def _pages(content: Content) -> Iterator[Figure]:
-    yield from _text_pages(_front(content))
-    for group in _onto_pages([drawn.panel for drawn in content.figures]):
-        yield _panel_page(group)
-    for group in _onto_pages([drawn.panel for drawn in content.details]):
-        yield _panel_page(group)
+    yield from text_pages(content)
+    for drawn in (content.figures, content.details):
+        for group in _onto_pages(drawn):
+            yield _panel_page(group)
 
 
-def _front(content: Content) -> list[str]:
-    campaign = content.campaign
-    version = campaign.run.get("version", "")
-    lines = ["# Water entry of deformable spheres", f"wentry {version} report: {headline(campaign)}", ""]
-    for title, table in (
-        ("Drops", tabulation.drop_table(campaign)),
-        ("Regressions", tabulation.regression_table(campaign)),
-        ("Failures", tabulation.failure_table(campaign)),
-    ):
-        if table.rows:
-            lines += ["", f"# {title}", *_as_lines(table)]
-    if content.missing:
-        lines += ["", "# Not drawn"]
-        for panel in content.missing:
-            lines += textwrap.wrap(f"{panel.key}, {panel.title}: {panel.reason}.", LETTERS, subsequent_indent="   ")
-    lines += ["", "± is a standard uncertainty (k = 1); intervals of regressions are 95 % bootstrap intervals."]
-    return lines
+def _narrow(drawn: Drawn) -> bool:
+    return drawn.panel.size[0] < 5.0
 
 
-def _as_lines(table: TextTable) -> list[str]:
-    """Print a table as a block for each row: wide tables do not fit a page."""
-    lines: list[str] = []
-    for row in table.rows:
-        cells = [f"{name} {cell}" for name, cell in zip(table.header[1:], row[1:], strict=True) if cell != DASH]
-        lines.append(f"* {row[0]}")
-        lines += textwrap.wrap("   ".join(cells), LETTERS - 4, initial_indent="    ", subsequent_indent="    ")
-    return lines
-
-
-def _text_pages(lines: list[str]) -> Iterator[Figure]:
-    for start in range(0, len(lines), LINES):
-        figure = Figure(figsize=A4)
-        for place, line in enumerate(lines[start : start + LINES]):
-            head = line.startswith("# ")
-            text = plain(line.removeprefix("# ").replace("* ", "", 1) if line.startswith(("# ", "* ")) else line)
-            look: Look = {
-                "fontsize": 11.0 if head else 7.0,
-                "fontweight": "bold" if line[:2] in {"# ", "* "} else "normal",
-            }
-            figure.text(0.08, 0.95 - 0.0137 * place, text, va="top", **look)
-        yield figure
-
-
-def _onto_pages(panels: Sequence[Panel]) -> Iterator[list[list[Panel]]]:
+def _onto_pages(panels: Sequence[Drawn]) -> Iterator[list[list[Drawn]]]:
     """Group panels into rows (two narrow ones or a wide one) and rows into pages."""
-    rows: list[list[Panel]] = []
+    rows: list[list[Drawn]] = []
     for panel in panels:
-        narrow = panel.size[0] < 5.0
-        if narrow and rows and len(rows[-1]) == 1 and rows[-1][0].size[0] < 5.0:
+        if _narrow(panel) and rows and len(rows[-1]) == 1 and _narrow(rows[-1][0]):
             rows[-1].append(panel)
         else:
             rows.append([panel])
-    page: list[list[Panel]] = []
+    page: list[list[Drawn]] = []
     for row in rows:
         if page and sum(map(_row_height, [*page, row])) > USED:
             yield page
@@ -103,35 +61,38 @@ def _onto_pages(panels: Sequence[Panel]) -> Iterator[list[list[Panel]]]:
         yield page
 
 
-def _caption_lines(panel: Panel) -> list[str]:
-    return textwrap.wrap(panel.caption, 82 if panel.size[0] < 5.0 else 165)
+def _caption_lines(drawn: Drawn) -> list[str]:
+    return textwrap.wrap(drawn.panel.caption, 82 if _narrow(drawn) else 170)
 
 
-def _row_height(row: list[Panel]) -> float:
-    tallest = max(panel.size[1] for panel in row)
-    lines = max(len(_caption_lines(panel)) for panel in row)
-    return tallest + 0.36 + 0.115 * lines
+def _row_height(row: list[Drawn]) -> float:
+    lines = max(len(_caption_lines(drawn)) for drawn in row)
+    tallest = max(drawn.panel.size[1] for drawn in row) * (SHRINK if _narrow(row[0]) else 1.0)
+    return tallest + HEAD + LINE * lines + 0.14
 
 
-def _panel_page(rows: list[list[Panel]]) -> Figure:
-    figure = Figure(figsize=A4, layout="constrained")
+def _panel_page(rows: list[list[Drawn]]) -> Figure:
+    figure = Figure(figsize=A4)
     heights = [*map(_row_height, rows)]
-    rest = max(A4[1] - sum(heights), 0.01)
-    parts = figure.subfigures(len(rows) + 1, 1, height_ratios=[*heights, rest], squeeze=False)[:, 0]
-    for part, row, height in zip(parts, rows, heights, strict=False):
-        wide = row[0].size[0] >= 5.0
-        cells = part.subfigures(1, 1 if wide else 2, squeeze=False)[0]
-        for cell, panel in zip(cells, row, strict=False):
-            _panel_cell(cell, panel, height)
+    middle = figure.subfigures(1, 3, squeeze=False, width_ratios=MARGINS)[0, 1]
+    top = 0.3
+    rest = max(A4[1] - sum(heights) - top, 0.01)
+    parts = middle.subfigures(len(rows) + 2, 1, height_ratios=[top, *heights, rest], squeeze=False)[1:-1, 0]
+    for part, row, height in zip(parts, rows, heights, strict=True):
+        cells = part.subfigures(1, 2 if _narrow(row[0]) else 1, squeeze=False)[0]
+        for cell, drawn in zip(cells, row, strict=False):
+            _panel_cell(cell, drawn, height)
     return figure
 
 
-def _panel_cell(cell: SubFigure, panel: Panel, height: float) -> None:
-    lines = _caption_lines(panel)
-    text = 0.115 * len(lines) + 0.06
-    heights = [0.24, max(height - 0.24 - text, 0.5), text]
+def _panel_cell(cell: SubFigure, drawn: Drawn, height: float) -> None:
+    panel, lines = drawn.panel, _caption_lines(drawn)
+    text = LINE * len(lines) + 0.1
+    heights = [HEAD, max(height - HEAD - text, 0.5), text]
     head, body, foot = cell.subfigures(3, 1, height_ratios=heights, squeeze=False)[:, 0]
     name = f"{panel.key}  {panel.title}" if panel.key[0].isdigit() else panel.title
-    head.text(0.04, 0.25, plain(name), fontsize=8.5, fontweight="bold", va="bottom")
+    head.text(0.02, 0.25, plain(name), fontsize=8.5, fontweight="bold", va="bottom")
     panel.draw(body)
-    foot.text(0.04, 0.98, "\n".join(map(plain, lines)), **CAPTION)
+    for ax, place in zip(body.axes, drawn.places, strict=True):
+        ax.set_position(place)
+    foot.text(0.02, 0.98, "\n".join(map(plain, lines)), **CAPTION)

@@ -114,7 +114,8 @@ def _draw_strip(figure: FigureBase, shots: list[Shot], region: Region, view: str
         if status == "ok":
             (_overlay_side if view == "side" else _overlay_top)(ax, shot.row)
         ax.set(xlim=box[:2], ylim=box[2:])
-        ax.set_axis_off()
+        ax.set(xticks=[], yticks=[])
+        ax.spines[:].set(color="#888888", linewidth=0.4)
         note = shot.moment.label if status == "ok" else status.replace("_", " ")
         title = f"{1e3 * as_number(shot.row['t_s']):.1f} ms\n{plain(note)}"
         ax.set_title(title, fontsize=6.0, fontweight="normal", loc="center", pad=2.0, linespacing=1.1)

@@ -15,6 +15,18 @@ from wentry_cli.report.drawing import Drawn
 from wentry_cli.report.panel import NotDrawn
 from wentry_cli.report.words import MEANINGS
 
+UNCERTAINTIES = (
+    "Every ± and every column _unc is a standard uncertainty (k = 1): about two thirds of repeated measurements fall "
+    "within "
+    "it. It holds the noise of the images as the fits see it, carried through the definition of each number; "
+    "quantities "
+    "given by hand enter with the uncertainty given for them. Points of repeated drops show the mean with the sample "
+    "standard deviation of the repeats, never less than the uncertainty of the mean. Intervals of regressions are 95 % "
+    "bootstrap intervals. Not contained: that a real sphere is no exact ellipsoid, beyond what the residuals of the "
+    "fit "
+    "tell."
+)
+
 
 @dataclass(frozen=True)
 class Content:
@@ -50,6 +62,7 @@ def write_page(content: Content) -> str:
         meanings=MEANINGS,
         failures=tabulation.failure_table(campaign),
         provenance=tabulation.provenance_table(campaign),
+        uncertainties=UNCERTAINTIES,
         inputs=tabulation.input_table(campaign),
     )
     return html

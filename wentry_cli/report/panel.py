@@ -50,3 +50,11 @@ def rows(records: list[dict[str, object]], columns: list[str]) -> pd.DataFrame:
 def series(data: pd.DataFrame, name: str) -> pd.DataFrame:
     """Return the rows of one ``series`` of a panel's table."""
     return data[data["series"] == name]
+
+
+def merged(missing: list[NotDrawn]) -> list[NotDrawn]:
+    """Say the same reason for the same kind of panel once, with the titles in a row."""
+    groups: dict[tuple[str, str], list[str]] = {}
+    for panel in missing:
+        groups.setdefault((panel.key, panel.reason), []).append(panel.title)
+    return [NotDrawn(key, "; ".join(dict.fromkeys(titles)), reason) for (key, reason), titles in groups.items()]

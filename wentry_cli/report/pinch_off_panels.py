@@ -21,7 +21,7 @@ from wentry_cli.report.style import BLACK, GREEN, QUOTED, Look
 from wentry_cli.report.theory import PAPER_PINCH_OFF, PUBLISHED_BETA, published_pinch_off_band, ring_model_pinch_off
 
 COLUMNS = ["series", "drop", "repeats", "rigid", "g_inf_pa", "diameter_m", "seal_type"]
-LEGEND: Look = {"loc": "upper left", "fontsize": 6.4}
+LEGEND: Look = {"fontsize": 6.4}
 
 
 def pinch_off_diameter(campaign: Campaign) -> Panel | NotDrawn:
@@ -42,12 +42,11 @@ def pinch_off_diameter(campaign: Campaign) -> Panel | NotDrawn:
         ax.fill_between(line, low, high, color="#000000", alpha=0.07, linewidth=0, zorder=0)
         ax.plot(line, closing, color=GREEN, linestyle=(0, (5, 2)), linewidth=1.0, zorder=2)
         draw_points(ax, points, "froude", "tp_u0_over_d")
-        handles = [
-            *_handles(points),
+        lines: list[Line2D | Patch] = [
             Line2D([], [], color=GREEN, linestyle=(0, (5, 2)), label="rigid: ring model, own evaluation"),
             Patch(facecolor="#000000", alpha=0.07, label="rigid: published prefactors"),
         ]
-        _finish(ax, points, ("froude", "tp_u0_over_d"), handles)
+        _finish(ax, points, ("froude", "tp_u0_over_d"), lines)
         ax.set(xlabel=r"$Fr = U_0/\sqrt{gD}$", ylabel="$t_p U_0/D$")
 
     caption = (
@@ -75,7 +74,7 @@ def pinch_off_effective(campaign: Campaign) -> Panel | NotDrawn:
     def draw(figure: FigureBase) -> None:
         ax = figure.subplots()
         ax.plot(line, quoted["tp_u0_over_deff"], zorder=2, **QUOTED)
-        handles = [*_handles(points), Line2D([], [], label=f"paper: slope {PAPER_PINCH_OFF}", **QUOTED)]
+        lines: list[Line2D | Patch] = [Line2D([], [], label=f"paper: slope {PAPER_PINCH_OFF}", **QUOTED)]
         if not fitted.empty:
             ax.fill_between(
                 line,
@@ -86,9 +85,9 @@ def pinch_off_effective(campaign: Campaign) -> Panel | NotDrawn:
                 linewidth=0,
             )
             ax.plot(line, fitted["tp_u0_over_deff"], color=BLACK, linewidth=1.0, zorder=2)
-            handles.append(Line2D([], [], color=BLACK, linewidth=1.0, label="fit and its 95 % interval"))
+            lines.append(Line2D([], [], color=BLACK, linewidth=1.0, label="fit and its 95 % interval"))
         draw_points(ax, points, "froude_eff", "tp_u0_over_deff")
-        _finish(ax, points, ("froude_eff", "tp_u0_over_deff"), handles)
+        _finish(ax, points, ("froude_eff", "tp_u0_over_deff"), lines)
         ax.set(xlabel=r"$U_0/\sqrt{gD_\mathrm{eff}}$", ylabel=r"$t_p U_0/D_\mathrm{eff}$")
 
     caption = (
@@ -131,7 +130,8 @@ def _handles(points: pd.DataFrame) -> list[Line2D | Patch]:
     return handles
 
 
-def _finish(ax: Axes, points: pd.DataFrame, names: tuple[str, str], handles: list[Line2D | Patch]) -> None:
+def _finish(ax: Axes, points: pd.DataFrame, names: tuple[str, str], lines: list[Line2D | Patch]) -> None:
     x, y = (float(points[name].max()) for name in names)
-    ax.set(xlim=(0, 1.12 * x), ylim=(0, max(1.35 * y, 1.62 * x)))
-    ax.legend(handles=handles, **LEGEND)
+    ax.set(xlim=(0, 1.12 * x), ylim=(0, 1.3 * max(y, 1.3 * x)))
+    ax.add_artist(ax.legend(handles=_handles(points), loc="upper left", **LEGEND))
+    ax.legend(handles=lines, loc="lower right", **LEGEND)

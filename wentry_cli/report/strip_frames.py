@@ -74,7 +74,7 @@ def _region(drop: DropResults, view: str, recording: Recording) -> Region:
     left, right = min(left, x.min() - 1.3 * radius), max(right, x.max() + 1.3 * radius)
     top, bottom = y.min() - 1.5 * radius, y.max() + 1.6 * radius
     surface = _surface(drop, view)
-    if drop.kind == "water_entry" and math.isfinite(surface):
+    if view == "side" and drop.kind == "water_entry" and math.isfinite(surface):
         top, bottom = min(top, surface - 2.6 * radius), _deepest(drop, table, radius, bottom)
     edges = (max(left, 0), max(top, 0), min(right, info.width), min(bottom, info.height))
     x0, y0, x1, y1 = (round(float(edge)) for edge in edges)

@@ -217,4 +217,4 @@ def _draw_change(ax: Axes, data: pd.DataFrame, points: pd.DataFrame) -> None:
     if not fit.empty:
         handles.append(Line2D([], [], color=GREY, linewidth=1.2, linestyle=(0, (5, 2)), label="own fit"))
     handles.append(Line2D([], [], color=GREEN, alpha=0.3, linewidth=5, label="with added mass"))
-    ax.legend(handles=handles, loc="upper right", fontsize=6.4)
+    ax.legend(handles=handles, loc="lower left", fontsize=6.4, frameon=True, framealpha=0.85, edgecolor="none")

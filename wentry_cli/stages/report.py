@@ -7,18 +7,16 @@ from pathlib import Path
 import pandas as pd
 
 from wentry_cli.config.campaign import Drop
-from wentry_cli.frames.formats import open_recording
-from wentry_cli.frames.oriented import orient
-from wentry_cli.frames.reader import Recording
 from wentry_cli.progress import tick
 from wentry_cli.report.campaign import Campaign, read_campaign
 from wentry_cli.report.document import write_document
 from wentry_cli.report.drawing import save_panel
 from wentry_cli.report.film_strips import OpenView, film_strips
 from wentry_cli.report.page import Content, write_page
-from wentry_cli.report.panel import NotDrawn, Panel
+from wentry_cli.report.panel import NotDrawn, Panel, merged
 from wentry_cli.report.panels import campaign_panels, drop_panels
 from wentry_cli.schemas import TABLES
+from wentry_cli.stages.ingest import open_view
 from wentry_cli.tables import write_text
 
 FIGURES = "figures"
@@ -45,7 +43,7 @@ def run(results: Path, drops: list[Drop]) -> None:
         campaign=campaign,
         figures=[one for one in drawn if one not in own],
         details=own,
-        missing=[one for one in made if isinstance(one, NotDrawn)],
+        missing=merged([one for one in made if isinstance(one, NotDrawn)]),
     )
     write_document(content, results / "report.pdf")
     write_text(results / "report.html", write_page(content))
@@ -72,15 +70,7 @@ def _by_drop(campaign: Campaign, open_view: OpenView) -> list[Panel | NotDrawn]:
 
 def _opener(drops: list[Drop]) -> OpenView:
     known = {drop.name: drop for drop in drops}
-
-    def open_view(name: str, view: str) -> Recording:
-        drop = known[name]
-        given = drop.view(view)
-        fps = given.fps if isinstance(given.fps, float) else None
-        recording = open_recording(drop.source_path(view), fps=fps)
-        return orient(recording, rotate=given.rotate, flip=given.flip, roi_px=given.roi_px, frames=given.frames)
-
-    return open_view
+    return lambda name, view: open_view(known[name], view).recording
 
 
 def _sweep(figures: Path, stems: set[str]) -> None:

@@ -1,0 +1,252 @@
+"""Panels: the numbers drawn are the numbers in the table behind, and the lines are what they say."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fixture_campaign import CAMPAIGN, Made, write_campaign
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from wentry_cli.report.campaign import Campaign, read_campaign
+from wentry_cli.report.curves import conditions, mean_and_spread, mean_curve
+from wentry_cli.report.drawing import draw_panel, styled
+from wentry_cli.report.names import file_stem
+from wentry_cli.report.numbers import or_reason, with_uncertainty
+from wentry_cli.report.panel import NotDrawn, Panel, merged
+from wentry_cli.report.panels import campaign_panels, drop_panels
+from wentry_cli.report.style import plain, stiffness_shade
+from wentry_cli.report.theory import added_mass_prefactor, published_pinch_off_band, ring_model_pinch_off
+from wentry_cli.report.velocity_panels import speed_groups
+from wentry_cli.report.words import MEANINGS
+from wentry_cli.schemas import STATUS_WORDS
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory: pytest.TempPathFactory) -> Campaign:
+    results = tmp_path_factory.mktemp("panels")
+    return read_campaign(results, write_campaign(results))
+
+
+@pytest.fixture(scope="module")
+def panels(campaign: Campaign) -> list[Panel]:
+    return [panel for panel in campaign_panels(campaign) + drop_panels(campaign) if isinstance(panel, Panel)]
+
+
+def _drawn_points(figure: Figure) -> np.ndarray:
+    points = []
+    for ax in figure.axes:
+        for line in (artist for artist in ax.get_children() if isinstance(artist, Line2D)):
+            if line.get_transform().contains_branch(ax.transData) and len(line.get_xdata()):
+                points.append(
+                    np.column_stack([np.asarray(line.get_xdata(), float), np.asarray(line.get_ydata(), float)])
+                )
+    return np.vstack(points)
+
+
+def test_drawn_numbers_stand_in_the_table_behind(panels: list[Panel]) -> None:
+    assert len(panels) > 20
+    for panel in panels:
+        with styled():
+            drawn = _drawn_points(draw_panel(panel))
+        known = panel.data.select_dtypes("number").to_numpy(float).ravel()
+        known = np.unique(np.append(known[np.isfinite(known)], [0.0, 1.0, 0.2]))
+        values = drawn[np.isfinite(drawn)]
+        nearest = known[np.clip(np.searchsorted(known, values), 1, known.size - 1)]
+        nearest = np.where(abs(nearest - values) < abs(known[np.searchsorted(known, nearest) - 1] - values),
+                           nearest, known[np.searchsorted(known, nearest) - 1])  # fmt: skip
+        spare = {"sheet"}  # the time of pinch-off is marked there, from the summary
+        wrong = abs(nearest - values) > 1e-9 * np.maximum(abs(values), 1e-12)
+        assert wrong.mean() <= (0.01 if panel.key in spare else 0.0), panel.stem
+
+
+def test_no_text_overlaps_another_in_a_panel(panels: list[Panel]) -> None:
+    for panel in panels:
+        with styled():
+            figure = draw_panel(panel)
+            figure.draw_without_rendering()
+            for ax in figure.axes:
+                for axis in (ax.xaxis, ax.yaxis):
+                    boxes = [label.get_window_extent() for label in axis.get_ticklabels() if label.get_visible()]
+                    inside = [box for box in boxes if box.width > 0]
+                    pairs = [(a, b) for i, a in enumerate(inside) for b in inside[i + 1 :]]
+                    assert not any(a.overlaps(b) and a.bounds != b.bounds for a, b in pairs), panel.stem
+
+
+def test_bottom_position_is_in_diameters_and_pinch_off_times(campaign: Campaign, panels: list[Panel]) -> None:
+    panel = next(panel for panel in panels if panel.key == "3c")
+    drop = next(drop for drop in campaign.drops if drop.name == panel.drop)
+    side = drop.table("side").dropna(subset=["y_b_m"])
+    shown = panel.data[panel.data["series"] == "measured"]
+    t_p, diameter = drop.number("t_p_s"), drop.number("diameter_m")
+    side = side[side["t_s"] <= 1.15 * t_p]
+    np.testing.assert_allclose(shown["t_over_tp"], side["t_s"].to_numpy() / t_p)
+    np.testing.assert_allclose(shown["y_b_over_d"], side["y_b_m"].to_numpy() / diameter)
+    np.testing.assert_allclose(shown["y_b_over_d_unc"], 2e-5 / diameter)
+
+
+def test_example_drop_is_the_one_nearest_to_the_papers(panels: list[Panel]) -> None:
+    assert {panel.drop for panel in panels if panel.key in {"3c", "3d", "4d"}} == {"g6p9_d51_h153"}
+
+
+def test_fit_line_of_the_period_is_the_table_s_slope(panels: list[Panel]) -> None:
+    data = next(panel for panel in panels if panel.key == "4b").data
+    fit = data[data["series"] == "fit experiment"].iloc[-1]
+    assert fit["period_ms"] == pytest.approx(1.45 * fit["scale_ms"])
+    assert fit["period_ms_low"] == pytest.approx(1.41 * fit["scale_ms"])
+    point = data[(data["series"] == "experiment") & (data["g_inf_pa"] == 74690.0)].iloc[0]
+    assert point["period_ms"] == pytest.approx(1.45 * point["scale_ms"])
+
+
+def test_intercept_in_seconds_is_drawn_in_milliseconds(tmp_path: Path) -> None:
+    from wentry_cli.report.fits import fit_rows
+
+    line = fit_rows("fit", {"slope": 2.0, "intercept": 0.003}, np.array([0.0, 10.0]), "x", "y", 1e3)
+    np.testing.assert_allclose(line["y"], [3.0, 23.0])
+
+
+def test_repeated_drops_are_one_point_with_their_spread(panels: list[Panel]) -> None:
+    data = next(panel for panel in panels if panel.key == "6a").data
+    twice = data[data["repeats"] == 2]
+    assert len(twice) == 1
+    row = twice.iloc[0]
+    assert row["drop"] == "g6p9_d51_h153 + g6p9_d51_h153_again"
+    assert row["froude_unc"] == pytest.approx(0.04 / math.sqrt(2) / math.sqrt(9.81 * 0.051), rel=1e-6)
+
+
+def test_spread_is_never_less_than_the_uncertainty_of_the_mean() -> None:
+    mean, spread = mean_and_spread(np.array([1.0, 1.0, math.nan]), np.array([0.4, 0.4, 9.0]))
+    assert mean == 1.0
+    assert spread == pytest.approx(0.4 / math.sqrt(2))
+    assert all(math.isnan(value) for value in mean_and_spread(np.array([math.nan]), np.array([1.0])))
+
+
+def test_mean_curve_of_two_lines() -> None:
+    t = np.linspace(0.0, 1.0, 21)
+    x, mean, spread = mean_curve([(t, t, 0 * t), (t + 0.005, 3 * (t + 0.005), 0 * t)])
+    np.testing.assert_allclose(mean, 2 * x)
+    np.testing.assert_allclose(spread, math.sqrt(2) * x)
+
+
+def test_conditions_do_not_join_drops_without_one(campaign: Campaign) -> None:
+    groups = conditions(campaign.drops)
+    assert sorted(map(len, groups)) == [1] * 7 + [2]
+
+
+def test_velocities_are_grouped_by_speed(campaign: Campaign) -> None:
+    entries = campaign.of("water_entry")
+    assert [[drop.number("impact_speed_m_s") for drop in group] for group in speed_groups(entries)] == [
+        [3.1], [5.3, 5.3, 5.34, 5.4], [6.5],
+    ]  # fmt: skip
+
+
+def test_no_line_where_nothing_was_fitted(tmp_path: Path) -> None:
+    names = write_campaign(tmp_path)
+    (tmp_path / "scaling.csv").unlink()
+    panels = {panel.key: panel for panel in campaign_panels(read_campaign(tmp_path, names))}
+    for key, series in (("4b", "fit experiment"), ("6b", "fit"), ("7d", "fit")):
+        panel = panels[key]
+        assert isinstance(panel, Panel)
+        assert series not in set(panel.data["series"])
+        assert "not fitted" in panel.caption
+
+
+def test_sphere_seal_has_no_effective_diameter(panels: list[Panel]) -> None:
+    keys = {panel.key: panel.data for panel in panels}
+    assert "sphere_seal" in set(keys["6a"]["seal_type"].dropna())
+    assert "sphere_seal" not in set(keys["6b"]["seal_type"].dropna())
+
+
+def test_ring_model_tends_to_its_closed_form() -> None:
+    # For large Fr: t_p U0/D = 2 sqrt(alpha) Fr + 1/2, closed form of the least z/U + 2 r0 alpha U/(g z).
+    froude = np.array([40.0, 80.0])
+    slope = np.diff(ring_model_pinch_off(froude, alpha=0.5)) / np.diff(froude)
+    assert slope[0] == pytest.approx(2 * math.sqrt(0.5), rel=2e-3)
+
+
+def test_published_band_has_the_slopes_of_its_prefactors() -> None:
+    low, high = published_pinch_off_band(np.array([2.0]))
+    assert low[0] / 2 == pytest.approx(1.202, abs=1e-3)
+    assert high[0] / 2 == pytest.approx(1.626, abs=1e-3)
+
+
+def test_added_mass_band_is_the_papers() -> None:
+    assert added_mass_prefactor(0.74) == pytest.approx(0.8628, abs=1e-4)
+    assert added_mass_prefactor(1.5) == pytest.approx(0.3357, abs=1e-4)
+
+
+def test_softer_is_lighter_and_rigid_is_blue() -> None:
+    shades = [int(stiffness_shade(g, False)[1:3], 16) for g in (1235.0, 6900.0, 74690.0)]
+    assert shades == sorted(shades, reverse=True)
+    assert stiffness_shade(math.nan, True) == "#0072B2"
+
+
+@pytest.mark.parametrize(
+    ("value", "unc", "text"),
+    [
+        (5.3123, 0.0112, "5.312 ± 0.011"),
+        (103.7, 0.2, "103.70 ± 0.20"),
+        (1234.5, 56.0, "1234 ± 56"),
+        (123456.0, 789.0, "123460 ± 790"),
+        (0.95, 0.0996, "0.95 ± 0.10"),
+        (2.0, math.nan, "2"),
+        (math.nan, 1.0, "–"),
+        (-0.5, 0.0, "-0.5"),
+        (74690.0, math.nan, "74690"),
+    ],
+)
+def test_numbers_are_written_as_far_as_they_are_known(value: float, unc: float, text: str) -> None:
+    assert with_uncertainty(value, unc) == text
+
+
+def test_a_dash_says_why() -> None:
+    assert or_reason("–", "clip_ended") == "– (clip_ended)"
+    assert or_reason("–", "ok") == "–"
+    assert or_reason("3", "clip_ended") == "3"
+
+
+def test_every_status_word_is_explained() -> None:
+    assert set(MEANINGS) == set(STATUS_WORDS)
+
+
+def test_file_names_stay_apart_and_tame() -> None:
+    names = ["a/b", "a b", "a_b", "../..", "", "ä", "x" * 300, "\udcff"]
+    stems = [file_stem(name) for name in names]
+    assert len(set(stems)) == len(names)
+    assert all(0 < len(stem) < 100 and not stem.startswith(".") for stem in stems)
+
+
+def test_text_from_outside_is_no_mathematics() -> None:
+    assert plain("$a$\x00") == r"\$a\$?"
+
+
+def test_same_reasons_are_said_once() -> None:
+    gone = [NotDrawn("film strip", name, "gone") for name in ("a", "b", "a")]
+    assert merged([*gone, NotDrawn("11", "c", "none")]) == [
+        NotDrawn("film strip", "a; b", "gone"), NotDrawn("11", "c", "none"),
+    ]  # fmt: skip
+
+
+def test_moments_stay_within_what_was_measured(campaign: Campaign) -> None:
+    from wentry_cli.report.moments import measured_span, telling_moments
+
+    for drop in campaign.drops:
+        start, stop = measured_span(drop)
+        moments = [moment.t_s for moment in telling_moments(drop)]
+        assert 6 <= len(moments) <= 8
+        assert moments == sorted(moments)
+        assert all(start - 1e-12 <= t <= stop + 1e-12 for t in moments)
+    labels = {moment.label for moment in telling_moments(campaign.drops[1])}
+    assert {"impact", "pinch-off", "widest, N = 1", "longest, N = 1"} <= labels
+
+
+def test_a_drop_that_stands_still_has_no_moments() -> None:
+    from wentry_cli.report.campaign import DropResults
+    from wentry_cli.report.moments import telling_moments
+
+    assert telling_moments(DropResults("x", {}, {})) == []
+    assert Made("x").ratio > 0
+    assert CAMPAIGN[0].rigid

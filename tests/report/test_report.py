@@ -1,0 +1,225 @@
+"""The whole report from a campaign of tables."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from fixture_campaign import CAMPAIGN, Made, configured, film, write_campaign
+
+from wentry_cli.report.campaign import read_campaign
+from wentry_cli.stages.report import run
+
+VOID = {"meta", "img", "br", "hr", "link", "input"}
+
+
+class _Page(HTMLParser):
+    """Collect what a browser would open, and whether every element is closed in order."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: list[str] = []
+        self.links: list[str] = []
+        self.text = ""
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.links += [value or "" for name, value in attrs if name in {"src", "href", "srcset", "data", "action"}]
+        assert not [name for name, _ in attrs if name.startswith("on")]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def read_page(results: Path) -> _Page:
+    page = _Page()
+    page.feed((results / "report.html").read_text(encoding="utf-8"))
+    page.close()
+    assert not page.open
+    return page
+
+
+def make(tmp_path: Path, drops: tuple[Made, ...], filmed: int = 0) -> Path:
+    results, videos = tmp_path / "results", tmp_path / "videos"
+    write_campaign(results, drops)
+    if filmed:
+        film(videos, drops[0], filmed)
+    run(results, configured(videos, drops))
+    return results
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    drops = tuple(CAMPAIGN[place] for place in (1, 0, 5, 6, 8))
+    return make(tmp_path_factory.mktemp("report"), drops, filmed=60)
+
+
+def test_page_is_one_file_that_fetches_nothing(campaign: Path) -> None:
+    page = read_page(campaign)
+    text = (campaign / "report.html").read_text(encoding="utf-8")
+    assert all(link.startswith(("#", "data:image/svg+xml;base64,")) for link in page.links)
+    assert not re.search(r"https?:|//[a-z]|url\(|@import", re.sub(r"base64,[A-Za-z0-9+/=]+", "", text))
+    assert "script" not in page.tags
+    anchors = [link[1:] for link in page.links if link.startswith("#")]
+    assert all(f'id="{anchor}"' in text for anchor in anchors)
+
+
+def test_pictures_are_whole_and_fetch_nothing(campaign: Path) -> None:
+    pictures = [link for link in read_page(campaign).links if link.startswith("data:")]
+    files = sorted((campaign / "figures").glob("*.svg"))
+    assert len(pictures) == len(files) > 15
+    for picture in pictures:
+        tree = ElementTree.fromstring(base64.b64decode(picture.split(",", 1)[1]))
+        for element in tree.iter():
+            links = [value for name, value in element.attrib.items() if name.endswith("href")]
+            assert all(link.startswith(("#", "data:image/png;base64,")) for link in links)
+            assert not element.tag.endswith("}script")
+
+
+def test_every_figure_has_its_three_files(campaign: Path) -> None:
+    stems = {path.stem for path in (campaign / "figures").iterdir()}
+    for stem in stems:
+        for suffix in ("svg", "png", "csv"):
+            assert (campaign / "figures" / f"{stem}.{suffix}").stat().st_size > 40
+
+
+def test_every_panel_of_the_paper_is_there(campaign: Path) -> None:
+    stems = {path.stem for path in (campaign / "figures").iterdir()}
+    wanted = ["3c", "3d", "4b", "4c", "4d", "6a", "6b", "7a", "7b", "7d", "8", "12b"]
+    assert [key for key in wanted if not any(stem.startswith(f"fig_{key}_") for stem in stems)] == []
+    assert {"strip_side_g6p9_d51_h153", "strip_top_g6p9_d51_h153", "free_flight_ball"} <= stems
+    text = read_page(campaign).text
+    assert "no compression test" in text
+    assert "the recording cannot be opened any more" in text
+
+
+def test_pdf_is_complete_and_undated(campaign: Path) -> None:
+    content = (campaign / "report.pdf").read_bytes()
+    assert content.startswith(b"%PDF-")
+    assert content.rstrip().endswith(b"%%EOF")
+    assert b"CreationDate" not in content
+    assert content.count(b"/Type /Page\n") + content.count(b"/Type /Page ") >= 5
+
+
+def test_page_names_numbers_units_and_the_papers_values(campaign: Path) -> None:
+    text = read_page(campaign).text
+    for words in ("1.450 ± 0.020", "1.410 to 1.490", "t_p (ms)", "103.76 ± 0.20", "k = 1", "sphere seal", "280 / 300"):
+        assert words in text
+    assert "no_edge" in text
+    assert "nan" not in re.findall(r"[a-z]+", text.lower())
+
+
+def test_same_results_give_the_same_bytes(tmp_path: Path) -> None:
+    drops = (CAMPAIGN[0],)
+    digests = []
+    for part in ("one", "two"):
+        results = make(tmp_path / part, drops, filmed=30)
+        files = [results / "report.html", results / "report.pdf", *sorted((results / "figures").iterdir())]
+        digests.append({path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files})
+    assert digests[0] == digests[1]
+
+
+HOSTILE = (
+    Made('<script>alert("x")</script>', condition="</style><img src=http://x>", sphere="$\\frac{$"),
+    Made("$\\undefined$ ${jinja} {{ 7*7 }}", sphere="'\"><svg onload=x>", speed=3.2),
+    Made("_ü漢字\u202e &amp; \x07", rigid=True, g_inf=float("nan")),
+)
+
+
+def test_hostile_names_are_harmless(tmp_path: Path) -> None:
+    results = tmp_path / "results"
+    write_campaign(results, HOSTILE)
+    problem = {"<b>drop</b>": {"stage": "<i>track</i>", "sentence": "<script>x</script>"}}
+    (results / "run.json").write_text(json.dumps({"failures": problem, "version": "<u>", "drops": ["not", "a", "map"]}))
+    run(results, configured(tmp_path / "videos", HOSTILE))
+    page = read_page(results)
+    assert not {"script", "svg", "b", "i", "u"} & set(page.tags)
+    assert '<script>alert("x")</script>' in page.text
+    assert "{{ 7*7 }}" in page.text
+    for path in (results / "figures").glob("*.svg"):
+        assert re.fullmatch(r"[A-Za-z0-9._-]+", path.name)
+        assert not [e for e in ElementTree.parse(path).iter() if e.tag.endswith("}script")]
+
+
+@pytest.mark.parametrize(
+    ("kinds", "drawn", "silent"),
+    [
+        ((CAMPAIGN[0],), ["fig_3c", "fig_6a", "fig_7a", "fig_8"], ["fig_3d", "fig_4", "fig_7d"]),
+        ((CAMPAIGN[8],), ["free_flight"], ["fig_"]),
+        ((CAMPAIGN[6],), ["fig_12b"], ["fig_3", "fig_4", "fig_6", "fig_7", "fig_8"]),
+    ],
+    ids=["rigid only", "free flight only", "rigid surface only"],
+)
+def test_only_what_the_scene_allows_is_drawn(
+    tmp_path: Path, kinds: tuple[Made, ...], drawn: list[str], silent: list[str]
+) -> None:
+    results = make(tmp_path, kinds)
+    stems = [path.stem for path in (results / "figures").glob("*.svg")]
+    assert [start for start in drawn if not any(stem.startswith(start) for stem in stems)] == []
+    assert [stem for stem in stems if stem.startswith(tuple(silent))] == []
+    assert read_page(results).text.count("no drop") + read_page(results).text.count("no deformable") >= 2
+
+
+TABLES = [
+    "side",
+    "top",
+    "stretch",
+    "periods",
+    "kinematics",
+    "model",
+    "model_fit",
+    "forces",
+    "events",
+    "geometry",
+    "summary",
+]
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_a_missing_or_broken_table_costs_its_panels_only(tmp_path: Path, name: str) -> None:
+    results, drops = tmp_path / "results", (CAMPAIGN[1], CAMPAIGN[0])
+    write_campaign(results, drops)
+    (results / drops[0].name / f"{name}.csv").unlink()
+    broken = results / drops[1].name / f"{name}.csv"
+    broken.write_bytes(b"frame,\xff\xfe\n1,2,3\n")
+    from wentry_cli.report.panel import Panel
+    from wentry_cli.report.panels import campaign_panels
+
+    campaign = read_campaign(results, [drop.name for drop in drops])
+    assert str(broken) in campaign.drops[1].problems[0]
+    made = campaign_panels(campaign)
+    assert sum(isinstance(panel, Panel) for panel in made) >= 4
+    for panel in made:
+        assert isinstance(panel, Panel) or panel.reason
+
+
+def test_nothing_measured_is_a_page_that_says_so(tmp_path: Path) -> None:
+    results = tmp_path / "results"
+    results.mkdir()
+    run(results, configured(tmp_path / "videos", CAMPAIGN[:1]))
+    text = read_page(results).text
+    assert "none of the paper's panels" in text
+    assert "no summary" in text
+
+
+def test_figures_of_an_earlier_report_go(tmp_path: Path) -> None:
+    results = make(tmp_path, (CAMPAIGN[8],))
+    old = results / "figures" / "fig_4b_period.svg"
+    kept = results / "figures" / "notes.txt"
+    old.write_text("old")
+    kept.write_text("mine")
+    run(results, configured(tmp_path / "videos", (CAMPAIGN[8],)))
+    assert not old.exists()
+    assert kept.exists()
