@@ -23,6 +23,7 @@ LEAST_ARC_FREE_SIZE = 0.2
 MOST_GATED = 0.75
 MOST_GATED_ONE_SIDED = 0.6
 MOST_RESIDUAL_PX = 1.0
+MOST_CLIPPED = 0.95
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,8 @@ def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> Silhoue
     scanned, report = scan_shape(values, vector, free, top, search, patch.noise_floor)
     arc, gated = float(report[1]), float(report[2])
     if status := scan_status(report, request):
-        return unmeasured(arc, gated, status)
+        lost = status == "no_edge" and np.mean(~(values < patch.ceiling)) > MOST_CLIPPED
+        return unmeasured(arc, gated, "saturated" if lost else status)
     quality = {"blur": math.nan, "arc": arc, "gated": gated, "residual": float(report[3])}
     if request.level == "accurate":
         settings = np.array([top, *request.motion_px, patch.ceiling, float(request.one_sided)])
@@ -103,7 +105,8 @@ def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> Silhoue
         quality = {"blur": report[BLUR], "arc": report[ARC], "gated": report[GATED], "residual": report[RESIDUAL]}
         if report[0]:
             return unmeasured(arc, gated, "poor_fit")
-    shape = EllipseShape(vector[0] + patch.x0, vector[1] + patch.y0, vector[2], vector[3], math.degrees(vector[4]))
+    x, y, radius, stretch, tilt = vector.tolist()
+    shape = EllipseShape(x + patch.x0, y + patch.y0, radius, stretch, math.degrees(tilt))
     covariance = np.zeros((5, 5))
     covariance[np.ix_(free, free)] = scanned
     return assemble_fit(shape, covariance, quality, fit_status(covariance, quality, request))

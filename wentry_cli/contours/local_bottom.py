@@ -67,8 +67,9 @@ def fit_local_bottom(
     shape = fit.shape.vector() - np.array([patch.x0, patch.y0, 0.0, 0.0, 0.0])
     settings = np.array([-math.inf, *motion_px, patch.ceiling, 0.0])
     found = refine_bottom(values, shape, math.radians(half_angle_deg), settings, False)
-    if found[4] != FOUND:
-        found = refine_bottom(values, shape, math.radians(half_angle_deg), settings, True)
+    if found[4] != FOUND and np.isnan(values).any():
+        again = refine_bottom(values, shape, math.radians(half_angle_deg), settings, True)
+        found = again if again[4] == FOUND else found
     status = STATUS_WORDS[int(found[4])]
     if status != "ok":
         return BottomFit(math.nan, math.nan, math.nan, math.nan, status)
@@ -106,6 +107,22 @@ def cap_band(band: Band, place: Floats) -> Band:
 
 
 @compiled
+def share_seen(sectors: NDArray[np.int64], place: Floats) -> float:
+    """Share of the sectors of the cap that hold most of the pixels that the fullest of them holds."""
+    counts = np.zeros(place.size)
+    for n in range(sectors.size):
+        counts[sectors[n]] += 1.0
+    fullest, full, total = 0.0, 0, 0
+    for k in range(place.size):
+        fullest = max(fullest, counts[k])
+    for k in range(place.size):
+        if not math.isnan(place[k]):
+            total += 1
+            full += 1 if counts[k] > LEAST_KEPT * fullest else 0
+    return full / max(1, total)
+
+
+@compiled
 def lowest_place(moved: Floats, depth: float, half_angle: float) -> float:
     """Place where depth * cos(angle) plus the fitted displacement is lowest (Newton's method)."""
     t = 0.0
@@ -132,8 +149,7 @@ def refine_bottom(
     place, lowest, depth = cap_rows(shape, sector_angles(count, table), half_angle)
     settings[0] = shape[1] + depth * math.cos(half_angle) - 2.0 * HALF_PX
     cap = cap_band(gather_band(values, shape, settings, 1.0 if masked else math.nan), place)
-    seen = len(np.unique(cap.sectors)) / max(1, int(np.sum(~np.isnan(place))))
-    if seen < LEAST_KEPT:
+    if share_seen(cap.sectors, place) < LEAST_KEPT:
         return nan, nan, nan, nan, OUT_OF_FRAME
     belief = first_belief(cap)
     if math.isnan(belief.nuisance[LEVEL_IN]):

@@ -30,6 +30,8 @@ TRIAL_PX = 0.2
 OUTLIER_PX = 1.5
 LEAST_UNC_PX, MOST_UNC_PX = 0.2, 2.0
 MOST_DISAGREEMENT_PX = 5.0
+# Above the middle of a sphere flatter than this the wall runs along the normals: what looks like a corner is none.
+FLATTEST = 1.5
 # A wall that leaves steeply is seen by few rays, and the filter rounds the corner.
 FEW_RAYS, FEW_UNC_PX = 7, 1.9
 TRUST_SIDES = 3.0
@@ -61,6 +63,8 @@ def find_separation(patch: Patch, fit: SilhouetteFit) -> SeparationFit:
     left, right = both_sides(values, shape)
     rows = np.array([left[0], right[0]]) + patch.y0
     unc = np.array([left[1], right[1]])
+    if fit.stretch > FLATTEST:
+        rows[rows < fit.center_y_px] = math.nan
     seen = np.isfinite(rows)
     if not seen.any():
         return unseen("short_arc" if max(left[2], right[2]) == TOO_SHORT else "no_edge")

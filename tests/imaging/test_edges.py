@@ -1,0 +1,74 @@
+"""Edge samples along rays."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.special import ndtr
+
+from wentry_cli.imaging.edges import bilinear, edge_candidates
+
+
+def step_image(place: float, blur: float = 1.0, low: float = 0.1, high: float = 1.0):
+    """A vertical edge: dark on the left of column ``place``."""
+    columns = np.arange(60.0)
+    return np.tile(low + (high - low) * ndtr((columns - place) / blur), (40, 1)).astype(np.float32)
+
+
+@given(place=st.floats(27.0, 33.0), half=st.sampled_from([5.0, 9.0]))
+def test_a_step_is_found_where_it_is(place, half):
+    rays = np.array([[30.0, 20.0, 1.0, 0.0]])
+    at, height, _ = edge_candidates(step_image(place), rays, half, 0.5, 3)
+    assert at[0, 0] == pytest.approx(place - 30.0, abs=0.01)
+    assert height[0, 0] == pytest.approx(0.75, abs=0.2)
+    assert np.isnan(at[0, 1])
+
+
+@given(angle=st.floats(-1.2, 1.2))
+def test_the_position_runs_along_the_ray(angle):
+    rays = np.array([[30.0, 20.0, math.cos(angle), math.sin(angle)]])
+    at, _, _ = edge_candidates(step_image(31.0), rays, 6.0, 1.0, 1)
+    assert at[0, 0] * math.cos(angle) == pytest.approx(1.0, abs=0.06)
+
+
+def test_bright_to_dark_is_no_edge():
+    rays = np.array([[30.0, 20.0, -1.0, 0.0]])
+    at, height, _ = edge_candidates(step_image(30.0), rays, 8.0, 1.0, 1)
+    assert height.max() < 0.01 or np.isnan(at).all()
+
+
+def test_two_edges_come_strongest_first():
+    image = step_image(24.0, high=0.5) + step_image(36.0, low=0.0, high=0.9) - np.float32(0.1)
+    at, height, _ = edge_candidates(image, np.array([[30.0, 20.0, 1.0, 0.0]]), 10.0, 1.0, 1)
+    assert at[0, :2] == pytest.approx([6.0, -6.0], abs=0.1)
+    assert height[0, 0] > height[0, 1]
+
+
+def test_masked_and_missing_samples():
+    image = step_image(30.0)
+    image[:, 33:] = math.nan
+    at, _, _ = edge_candidates(image, np.array([[30.0, 20.0, 1.0, 0.0]]), 5.0, 1.0, 1)
+    assert at[0, 0] == pytest.approx(0.0, abs=0.3)
+    at, _, noise = edge_candidates(
+        np.full((40, 60), math.nan, np.float32), np.array([[30.0, 20.0, 1.0, 0.0]]), 5.0, 1.0, 1
+    )
+    assert np.isnan(at).all()
+    assert math.isnan(noise)
+
+
+def test_noise_of_a_profile():
+    rng = np.random.default_rng(0)
+    image = rng.normal(0.5, 0.03, (200, 200)).astype(np.float32)
+    angle = np.linspace(0, 2 * np.pi, 64)
+    rays = np.stack([np.full(64, 100.0), np.full(64, 100.0), np.cos(angle), np.sin(angle)], axis=1)
+    _, _, noise = edge_candidates(image, rays, 10.0, 1.0, 1)
+    assert 0.015 < noise < 0.045
+
+
+def test_between_pixels():
+    image = np.array([[0.0, 1.0], [2.0, 3.0]], np.float32)
+    assert bilinear(image, 0.5, 0.5) == pytest.approx(1.5)
+    assert bilinear(image, 1.0, 1.0) == pytest.approx(3.0)
+    assert math.isnan(bilinear(image, 1.2, 0.5))
