@@ -10,6 +10,7 @@ import yaml
 
 from tests.synthetic.drops import SOFT, make_scene
 from wentry_cli.config.models import Experiment
+from wentry_cli.errors import ConfigurationError
 from wentry_cli.synthetic.camera_view import place_side
 from wentry_cli.synthetic.campaign import FIRST_NUMBER, describe_experiment, plan_scene, render_campaign, render_drop
 from wentry_cli.synthetic.film import Film
@@ -126,6 +127,9 @@ def test_campaign_in_two_processes_writes_the_same(tmp_path):
     folders = render_campaign(tmp_path / "scenes.yaml", tmp_path / "one", progress=lambda a, b: done.append((a, b)))
     render_campaign(tmp_path / "scenes.yaml", tmp_path / "two", jobs=2)
     assert [f.name for f in folders] == ["a", "b"]
+    assert render_campaign(tmp_path / "scenes.yaml", tmp_path / "three", only=("b",)) == [tmp_path / "three" / "b"]
+    with pytest.raises(ConfigurationError, match="'c'"):
+        render_campaign(tmp_path / "scenes.yaml", tmp_path / "three", only=("c",))
     assert done == [(1, 2), (2, 2)]
     assert digest(tmp_path / "one") == digest(tmp_path / "two")
 

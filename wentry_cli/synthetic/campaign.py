@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
+from wentry_cli.errors import ConfigurationError
 from wentry_cli.synthetic.camera_view import place_side
 from wentry_cli.synthetic.course import Course, plan_course
 from wentry_cli.synthetic.film import Film
@@ -130,12 +131,19 @@ def render_drop(scene: Scene, folder: Path, *, progress: Progress | None = None)
     (folder / "experiment.yaml").write_text(text, encoding="utf-8")
 
 
-def render_campaign(path: Path, folder: Path, jobs: int = 1, *, progress: Progress | None = None) -> list[Path]:
+def render_campaign(
+    path: Path, folder: Path, jobs: int = 1, *, only: Sequence[str] = (), progress: Progress | None = None
+) -> list[Path]:
     """Render every drop of the scenes file ``path`` into its own folder below ``folder``; returns those folders.
 
-    ``progress`` is called with (drops done, drops in all). Raises as :func:`scene.load_scenes`.
+    ``only`` names the drops to render (all if empty); ``progress`` is called with (drops done, drops in all). Raises
+    as :func:`scene.load_scenes`, and ConfigurationError if ``only`` names a drop that is not there.
     """
     scenes = load_scenes(path)
+    missing = sorted(set(only) - {scene.name for scene in scenes})
+    if missing:
+        raise ConfigurationError(f"{path}: error: no drop named {missing[0]!r}; use one of its names")
+    scenes = [scene for scene in scenes if not only or scene.name in only]
     folders = [folder / scene.name for scene in scenes]
     if jobs <= 1:
         for k, (scene, place) in enumerate(zip(scenes, folders, strict=True)):

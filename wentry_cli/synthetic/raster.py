@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 from scipy.special import erf
 
 from wentry_cli.compiled import compiled
+from wentry_cli.synthetic.scan_lines import find_crossings, place_lines, sort_line
 
 GRID_ROWS = 4
-LINES_PER_FINE_ROW = 4
-LINES_AT_TURNS = 64
 TABLE_STEPS = 256
 REACH_SIGMA = 4.5
 
@@ -84,60 +83,47 @@ def _column_kernel(sigma: float) -> tuple[NDArray[np.float32], int]:
 
 
 @compiled
-def _place_lines(points, starts, first, n_fine, grid_rows):  # type: ignore[no-untyped-def]
-    """Heights of the scan lines and the first line of each fine row: many more where an outline turns around."""
-    lines = np.full(n_fine, LINES_PER_FINE_ROW)
-    for p in range(starts.size - 1):
-        a, b = starts[p], starts[p + 1]
-        for i in range(a, b):
-            before = points[i - 1 if i > a else b - 1, 1]
-            after = points[i + 1 if i + 1 < b else a, 1]
-            y = points[i, 1]
-            if (y - before) * (after - y) <= 0.0:
-                row = int(np.floor((y - first) * grid_rows))
-                for m in range(max(row - 1, 0), min(row + 2, n_fine)):
-                    lines[m] = LINES_AT_TURNS
-    begin = np.zeros(n_fine + 1, np.int64)
-    for m in range(n_fine):
-        begin[m + 1] = begin[m] + lines[m]
-    heights = np.empty(begin[-1])
-    for m in range(n_fine):
-        for k in range(lines[m]):
-            heights[begin[m] + k] = first + (m + (k + 0.5) / lines[m]) / grid_rows
-    return heights, begin
+def _see_through(active, n_active, levels, layers):  # type: ignore[no-untyped-def]
+    """Level of the highest layer among the polygons that cover a place; 1 where there is none."""
+    top, best = 1.0, -1000000
+    for q in range(n_active):
+        if layers[active[q]] > best:
+            best = layers[active[q]]
+            top = levels[active[q]]
+    return top
 
 
 @compiled
-def _find_crossings(points, starts, heights):  # type: ignore[no-untyped-def]
-    count = np.zeros(heights.size + 1, np.int64)
-    for stage in range(2):
-        if stage == 1:
-            for k in range(heights.size):
-                count[k + 1] += count[k]
-            cursor = count[:-1].copy()
-            xs = np.empty(count[-1], np.float64)
-            who = np.empty(count[-1], np.int64)
-            sense = np.empty(count[-1], np.int64)
-        for p in range(starts.size - 1):
-            a, b = starts[p], starts[p + 1]
-            for i in range(a, b):
-                j = i + 1 if i + 1 < b else a
-                ya, yb = points[i, 1], points[j, 1]
-                if ya == yb:
-                    continue
-                direction = 1 if yb > ya else -1
-                low, high = (ya, yb) if yb > ya else (yb, ya)
-                slope = (points[j, 0] - points[i, 0]) / (yb - ya)
-                for k in range(np.searchsorted(heights, low), np.searchsorted(heights, high)):
-                    if stage == 0:
-                        count[k + 1] += 1
-                    else:
-                        c = cursor[k]
-                        xs[c] = points[i, 0] + slope * (heights[k] - ya)
-                        who[c] = p
-                        sense[c] = direction
-                        cursor[k] = c + 1
-    return count, xs, who, sense
+def _enter_or_leave(active, n_active, polygon, outside):  # type: ignore[no-untyped-def]
+    """Put a polygon into the list of those that cover a place, or take it out; returns the new length."""
+    if outside:
+        active[n_active] = polygon
+        return n_active + 1
+    for q in range(n_active):
+        if active[q] == polygon:
+            active[q] = active[n_active - 1]
+            return n_active - 1
+    return n_active
+
+
+@compiled
+def _add_step(row, u, step, table):  # type: ignore[no-untyped-def]
+    """Lay the blurred increments of one step at the abscissa ``u`` of a row; what lies left of it goes to its start."""
+    taps = table.shape[1]
+    half, phases, width = taps // 2 - 1, table.shape[0] - 1, row.size
+    if u < -half:
+        row[0] += step
+        return
+    if u > width + half:
+        return
+    base = int(np.floor(u))
+    fraction = (u - base) * phases
+    cell = int(fraction)
+    fraction -= cell
+    for t in range(taps):
+        column = max(base - half + t, 0)
+        if column < width:
+            row[column] += step * ((1.0 - fraction) * table[cell, t] + fraction * table[cell + 1, t])
 
 
 @compiled
@@ -145,72 +131,24 @@ def _lay_steps(fine, crossings, levels, layers, table, placing):  # type: ignore
     count, xs, who, sense = crossings
     x0, share, begin = placing
     m = 0
-    half = table.shape[1] // 2 - 1
-    n_lines = count.size - 1
-    width = fine.shape[1]
-    phases = table.shape[0] - 1
-    taps = table.shape[1]
     winding = np.zeros(levels.size, np.int64)
     active = np.empty(levels.size, np.int64)
-    for k in range(n_lines):
+    for k in range(count.size - 1):
         a, b = count[k], count[k + 1]
-        for i in range(a + 1, b):
-            x, w, s = xs[i], who[i], sense[i]
-            j = i - 1
-            while j >= a and xs[j] > x:
-                xs[j + 1] = xs[j]
-                who[j + 1] = who[j]
-                sense[j + 1] = sense[j]
-                j -= 1
-            xs[j + 1] = x
-            who[j + 1] = w
-            sense[j + 1] = s
-        n_active = 0
-        seen = 1.0
         while k >= begin[m + 1]:
             m += 1
-        row = fine[m]
-        weight = share / (begin[m + 1] - begin[m])
+        sort_line(crossings, a, b)
+        n_active, seen = 0, 1.0
         for i in range(a, b):
             p = who[i]
             before = winding[p]
             winding[p] = before + sense[i]
-            if before == 0:
-                active[n_active] = p
-                n_active += 1
-            elif winding[p] == 0:
-                for q in range(n_active):
-                    if active[q] == p:
-                        active[q] = active[n_active - 1]
-                        n_active -= 1
-                        break
-            top = 1.0
-            best = -1000000
-            for q in range(n_active):
-                if layers[active[q]] > best:
-                    best = layers[active[q]]
-                    top = levels[active[q]]
-            step = (top - seen) * weight
+            if before == 0 or winding[p] == 0:
+                n_active = _enter_or_leave(active, n_active, p, before == 0)
+            top = _see_through(active, n_active, levels, layers)
+            if top != seen:
+                _add_step(fine[m], xs[i] - x0, (top - seen) * share / (begin[m + 1] - begin[m]), table)
             seen = top
-            if step == 0.0:
-                continue
-            u = xs[i] - x0
-            if u < -half:
-                row[0] += step
-                continue
-            if u > width + half:
-                continue
-            base = int(np.floor(u))
-            fraction = (u - base) * phases
-            cell = int(fraction)
-            fraction -= cell
-            for t in range(taps):
-                column = base - half + t
-                amount = step * ((1.0 - fraction) * table[cell, t] + fraction * table[cell + 1, t])
-                if column < 0:
-                    row[0] += amount
-                elif column < width:
-                    row[column] += amount
         for i in range(a, b):
             winding[who[i]] = 0
 
@@ -250,8 +188,8 @@ def lay_polygons(
     points = np.concatenate([p.points for p in polygons])
     starts = np.cumsum([0] + [len(p.points) for p in polygons])
     first = window.y0 - 0.5 - reach / GRID_ROWS
-    heights, begin = _place_lines(points, starts, first, fine.shape[0], GRID_ROWS)
-    crossings = _find_crossings(points, starts, heights)
+    heights, begin = place_lines(points, starts, first, fine.shape[0], GRID_ROWS)
+    crossings = find_crossings(points, starts, heights)
     levels = np.array([p.level for p in polygons])
     layers = np.array([p.layer for p in polygons])
     _lay_steps(fine, crossings, levels, layers, _step_table(psf_px), (float(window.x0), weight, begin))
