@@ -10,7 +10,13 @@ from scipy.integrate import solve_ivp
 
 from wentry_cli.errors import ConfigurationError
 from wentry_cli.mechanics import stepping
-from wentry_cli.mechanics.bergstrom_boyce import Material, excess_invariant, flow_hardening
+from wentry_cli.mechanics.bergstrom_boyce import (
+    Material,
+    excess_invariant,
+    find_groups,
+    flow_hardening,
+    material_problems,
+)
 from wentry_cli.mechanics.solver import find_period, solve_oscillation
 
 ROW_2 = Material(0.025, 1070.0, 6900.0, 6900.0, 0.0866, 1.0, 1.0, -0.1902, 0.021)
@@ -151,6 +157,17 @@ def test_sensitivities_equal_differences():
 def test_refuses_with_a_sentence(values, word):
     with pytest.raises(ConfigurationError, match=word):
         solve_oscillation(changed(**values), 1.5, np.array([0.1]))
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.lists(st.sampled_from([-1.0, 0.0, 1.0, math.nan, math.inf]), min_size=9, max_size=9))
+def test_quick_check_agrees_with_the_list_of_problems(values):
+    material = Material(*values)
+    if material_problems(material):
+        with pytest.raises(ConfigurationError, match="cannot be integrated"):
+            find_groups(material)
+    else:
+        assert find_groups(material).time_scale_s == 1.0
 
 
 def test_refuses_an_impossible_stretch():

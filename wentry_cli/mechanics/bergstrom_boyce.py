@@ -79,14 +79,23 @@ def material_problems(material: Material) -> list[str]:
     return problems
 
 
+def _is_sound(material: Material) -> bool:
+    """Whether ``material_problems`` would find nothing: quick, since a fit asks some thousand times."""
+    m, end = material, math.inf
+    positive = (
+        0.0 < m.radius_m < end and 0.0 < m.density_kg_m3 < end and 0.0 < m.g_inf_pa < end and 0.0 < m.tau0_pa < end
+    )
+    rest = 0.0 <= m.g_t_pa < end and 0.0 <= m.xi < end and 0.0 <= m.m < end and 0.0 <= m.eps0_dot_1_s < end
+    return positive and rest and -end < m.n < end and (m.xi > 0.0 or m.n >= 0.0)
+
+
 def find_groups(material: Material) -> Groups:
     """Reduce ``material`` to its dimensionless groups.
 
     Raises ``ConfigurationError`` with one sentence where the parameters make no sense or a group overflows.
     """
-    problems = material_problems(material)
-    if problems:
-        raise ConfigurationError("the material cannot be integrated: " + "; ".join(problems))
+    if not _is_sound(material):
+        raise ConfigurationError("the material cannot be integrated: " + "; ".join(material_problems(material)))
     time_scale = material.radius_m * math.sqrt(material.density_kg_m3 / material.g_inf_pa)
     if material.g_t_pa == 0.0 or material.eps0_dot_1_s == 0.0:
         log_flow = -math.inf

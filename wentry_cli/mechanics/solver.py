@@ -98,7 +98,8 @@ def solve_oscillation(
         if not low <= value <= high:
             raise ConfigurationError(f"an initial stretch of {value:g} is outside {low:g} to {high:g}")
     times = np.ascontiguousarray(times_s, dtype=np.float64)
-    if times.ndim != 1 or times.size == 0 or not np.all(np.isfinite(times)) or np.any(np.diff(times) < 0.0):
+    rising = times.ndim == 1 and times.size > 0 and bool((times[1:] >= times[:-1]).all())
+    if not (rising and math.isfinite(times[0]) and math.isfinite(times[-1])):
         raise ValueError("times_s must be a rising, finite, non-empty array of one dimension")
     if sensitivities and (material.m < 1.0 or material.xi == 0.0):
         raise ConfigurationError("sensitivities need m of at least 1 and xi > 0; the flow rule is not smooth otherwise")
