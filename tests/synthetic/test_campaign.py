@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import csv
 import hashlib
 from pathlib import Path
 
@@ -148,3 +149,36 @@ def test_the_sample_drop_is_what_its_scene_draws(tmp_path):
             # another processor may round one grey level differently
             assert np.abs(ours - theirs).max() <= 1
     assert sum(p.stat().st_size for p in sample.rglob("*") if p.is_file()) <= 3_000_000
+
+
+def test_empty_frames_come_first_and_the_clock_counts_them(tmp_path):
+    scene = make_scene(
+        side={**SIDE, "empty_frames": 4, "surface_y_px": 150.3}, top=TOP, clip={"longest_s": 0.03, "before_s": 0.012}
+    )
+    render_drop(scene, tmp_path)
+    truth = yaml.safe_load((tmp_path / "truth" / "truth.yaml").read_text())
+    with (tmp_path / "truth" / "truth.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    experiment = yaml.safe_load((tmp_path / "experiment.yaml").read_text())
+    assert [r["measurable"] for r in rows[3:5]] == ["0", "1"]
+    assert float(rows[4]["t_s"]) + truth["impact_time_s"] == pytest.approx(4 / 500.0)
+    assert experiment["views"]["side"]["background"] == [0, 3]
+    assert experiment["views"]["top"]["offset_s"] == pytest.approx(4 / 500.0)
+    frames = sorted((tmp_path / "side").iterdir())
+    assert len(frames) == len(rows)
+    dark = [int((cv2.imread(str(p), cv2.IMREAD_UNCHANGED)[:140] < 60).sum()) for p in frames[:5]]
+    assert dark[:4] == [0, 0, 0, 0]
+    assert dark[4] > 400
+
+
+def test_top_view_alone_and_a_saturated_ground(tmp_path):
+    scene = make_scene(side=None, top={**TOP, "lamp": {"level": 1.4}}, clip={"longest_s": 0.03})
+    render_drop(scene, tmp_path)
+    frames = sorted((tmp_path / "top").iterdir())
+    with (tmp_path / "truth" / "truth.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(frames) == len(rows)
+    assert rows[0]["measurable"] == "1"
+    first = cv2.imread(str(frames[0]), cv2.IMREAD_UNCHANGED)
+    assert (first == 255).mean() > 0.5
+    assert first[48, 48] < 60

@@ -39,13 +39,10 @@ def _write_view(film: Film, view: str, folder: Path, times: NDArray[np.float64],
     writer = open_writer(folder, view, camera)
     number = FIRST_NUMBER
     try:
-        for _ in range(camera.empty_frames):
-            writer.write(number, film.expose(number, float("nan")))
-            number += 1
         last = None
         for k, t in enumerate(times):
             if last is None or k not in switches.duplicated_frames:
-                last = film.expose(number, float(t))
+                last = film.expose(number, float(t) if k >= camera.empty_frames else float("nan"))
             if k not in switches.dropped_frames:
                 writer.write(number, last)
             number += 1
@@ -68,7 +65,7 @@ def describe_view(camera: Camera, source: str) -> dict[str, Any]:
     return keys
 
 
-def describe_experiment(scene: Scene, sources: dict[str, str]) -> dict[str, Any]:
+def describe_experiment(scene: Scene, sources: dict[str, str], offset_s: float = 0.0) -> dict[str, Any]:
     """experiment.yaml of a rendered drop: what a lab knows, nothing that is to be measured."""
     ball = scene.sphere
     sphere: dict[str, Any] = {"diameter_m": ball.diameter_m, "density_kg_m3": ball.density_kg_m3}
@@ -94,6 +91,8 @@ def describe_experiment(scene: Scene, sources: dict[str, str]) -> dict[str, Any]
         views["top"]["scale_px_per_m"] = scene.top.scale_px_per_m
         if scene.top.camera_distance_m is not None and scene.switches.tell_camera_distance:
             views["top"]["camera_distance_m"] = scene.top.camera_distance_m
+        if offset_s:
+            views["top"]["offset_s"] = offset_s
     experiment["views"] = views
     return experiment
 
@@ -103,8 +102,15 @@ def plan_scene(scene: Scene) -> tuple[Course, dict[str, NDArray[np.float64]]]:
     rng = np.random.default_rng([scene.seed, 7])
     phase = float(rng.uniform(0.1, 0.9)) if scene.clip.impact_phase is None else scene.clip.impact_phase
     course = plan_course(scene, phase)
-    times = {v: course.times(c.fps) for v, c in (("side", scene.side), ("top", scene.top)) if c is not None}
+    times = {
+        v: course.times(c.fps, c.empty_frames) for v, c in (("side", scene.side), ("top", scene.top)) if c is not None
+    }
     return course, times
+
+
+def _find_offset(times: dict[str, NDArray[np.float64]]) -> float:
+    """Start of the top view after that of the side view, s."""
+    return float(f"{times['top'][0] - times['side'][0]:.9g}") if len(times) == 2 else 0.0
 
 
 def render_drop(scene: Scene, folder: Path, *, progress: Progress | None = None) -> None:
@@ -127,7 +133,7 @@ def render_drop(scene: Scene, folder: Path, *, progress: Progress | None = None)
         if camera is not None:
             sources[view] = _write_view(_film(course, camera, view), view, folder, times[view], done)
     # Last, so that a drop whose rendering was cut short is not taken for one.
-    text = yaml.safe_dump(describe_experiment(scene, sources), sort_keys=False)
+    text = yaml.safe_dump(describe_experiment(scene, sources, _find_offset(times)), sort_keys=False)
     (folder / "experiment.yaml").write_text(text, encoding="utf-8")
 
 

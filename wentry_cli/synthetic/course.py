@@ -26,10 +26,10 @@ class Course:
     start_s: float
     end_s: float
 
-    def times(self, fps: float) -> Floats:
-        """Mid-exposure times of the frames at ``fps``."""
+    def times(self, fps: float, empty_frames: int = 0) -> Floats:
+        """Mid-exposure times of the frames at ``fps``, with ``empty_frames`` before the clip proper."""
         n = int(np.floor((self.end_s - self.start_s) * fps)) + 1
-        return np.asarray(self.start_s + np.arange(n) / fps)
+        return np.asarray(self.start_s + np.arange(-empty_frames, n) / fps)
 
 
 def _solve_flight(scene: Scene, end_s: float) -> Motion:

@@ -45,7 +45,7 @@ def is_measurable(course: Course, now: Instant, separation_m: float) -> bool:
     """Whether the side view shows the sphere: all of it before impact, at least a fifth of its outline after."""
     camera = course.scene.side
     if camera is None:
-        return False
+        return shows_top(course, now.t)
     view = place_side(course.scene)
     shown = now.outline
     if np.isfinite(separation_m):
@@ -58,9 +58,21 @@ def is_measurable(course: Course, now: Instant, separation_m: float) -> bool:
     return bool(inside.all())
 
 
+def shows_top(course: Course, t: float) -> bool:
+    """Whether the top view shows the whole circle: inside the frame and inside the opening of the crown."""
+    camera = course.scene.top
+    assert camera is not None
+    magnification = find_magnification(course, float(course.motion.center(t)[0]))
+    radius = float(course.motion.stretch(t)[0]) * course.motion.radius_m * magnification
+    inside = radius * camera.scale_px_per_m < 0.5 * min(camera.width, camera.height) - 3.0
+    return bool(inside and find_opening(course, t) * 0.97 > radius)
+
+
 def tabulate_side(course: Course, times: Floats) -> list[dict[str, Any]]:
     """Rows of truth.csv at ``times`` (mid-exposure, after impact)."""
     y, v, a = course.motion.center(times)
+    camera = course.scene.side or course.scene.top
+    empty = camera.empty_frames if camera is not None else 0
     rows = []
     for k, t in enumerate(times):
         now = see_instant(course, float(t))
@@ -70,7 +82,7 @@ def tabulate_side(course: Course, times: Floats) -> list[dict[str, Any]]:
         rows.append({
             "frame": k, "time_s": float(t - times[0]), "t_s": float(t), "stretch": half / course.motion.radius_m,
             "y_b_m": now.y_c_m - below, "y_c_m": float(y[k]), "v_c_m_s": float(v[k]), "a_c_m_s2": float(a[k]),
-            "separation_y_m": separation, "measurable": int(is_measurable(course, now, separation)),
+            "separation_y_m": separation, "measurable": int(k >= empty and is_measurable(course, now, separation)),
         })  # fmt: skip
     return rows
 
@@ -85,11 +97,10 @@ def tabulate_top(course: Course, times: Floats) -> list[dict[str, Any]]:
         magnification = find_magnification(course, y)
         radius = stretch * course.motion.radius_m
         apparent = radius * camera.scale_px_per_m * magnification
-        shown = find_opening(course, float(t)) * 0.97 > radius * magnification
         rows.append({
             "frame": k, "time_s": float(t - times[0]), "t_s": float(t), "stretch": stretch,
             "radius_px": apparent, "magnification": magnification,
-            "measurable": int(shown and apparent < 0.5 * min(camera.width, camera.height) - 3.0),
+            "measurable": int(k >= camera.empty_frames and shows_top(course, float(t))),
         })  # fmt: skip
     return rows
 
