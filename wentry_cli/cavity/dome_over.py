@@ -12,6 +12,7 @@ Floats = NDArray[np.float64]
 LEAST_CONTRAST = 0.12  # between the sphere and the splash in front of it, as a share of the brighter
 OPEN, CLOSED = 0.85, 0.2  # radius of the opening over that of the disc
 FITTED = (0.12, 0.75)
+STEADY = 5  # frames of splash alone at the end
 
 
 @dataclass(frozen=True)
@@ -39,8 +40,8 @@ def find_dome_over(t_s: Floats, level: Floats) -> DomeOver:
     Parameters
     ----------
     t_s, level : (n,) arrays
-        Time and mean grey level of a disc somewhat smaller than the sphere's image, from frames that show the sphere
-        in all of it to frames that show only splash; NaN is left out.
+        Time and mean grey level of a disc that lies within the sphere's image even when the sphere is slender, from
+        frames that show the sphere in all of it to frames that show only splash; NaN is left out.
 
     Notes
     -----
@@ -51,13 +52,14 @@ def find_dome_over(t_s: Floats, level: Floats) -> DomeOver:
     time, values = t_s[seen], level[seen]
     if time.size < 8:
         return DomeOver(np.nan, np.nan, "clip_ended" if time.size else "no_edge")
-    sphere, splash = float(np.median(values[:3])), float(np.median(values[-4:]))
+    sphere, splash = float(np.median(values[:3])), float(np.median(values[-STEADY:]))
     if abs(splash - sphere) < LEAST_CONTRAST * max(abs(splash), abs(sphere)):
         return DomeOver(np.nan, np.nan, "no_edge")
     opening = np.sqrt(np.clip((splash - values) / (splash - sphere), 0.0, 1.0))
     still_open, closed = np.flatnonzero(opening > OPEN), np.flatnonzero(opening < CLOSED)
     closed = closed[closed > still_open[-1]] if still_open.size else closed
-    if still_open.size == 0 or closed.size < 4:
+    steady = np.ptp(opening[-STEADY:] ** 2) < 0.1
+    if still_open.size == 0 or closed.size < STEADY or not steady:
         return DomeOver(np.nan, np.nan, "clip_ended")
     return _closure(time, opening, int(still_open[-1]), int(closed[0]))
 

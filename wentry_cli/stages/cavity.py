@@ -29,7 +29,8 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 ROWS_PER_RADIUS = 20  # cavity.csv keeps every third row of a sphere of 60 px
-DOME_BEFORE, DOME_AFTER = 6, 60  # frames about the last that shows the sphere from above
+DOME_DISC = 0.5  # of the undeformed radius: within the sphere when it is slender
+DOME_FRAMES = 600
 
 
 @dataclass(frozen=True)
@@ -189,9 +190,13 @@ def _dome_over(folder: Path, drop: Drop) -> DomeOver:
     if shown.size == 0:
         return DomeOver(np.nan, np.nan, "no_edge")
     last = int(shown[-1])
-    x, y, radius = (float(top[name].iloc[last]) for name in ("center_x_px", "center_y_px", "radius_px"))
-    frames = range(max(last - DOME_BEFORE, 0), min(last + DOME_AFTER, len(top)))
-    levels = _disc_levels(folder, drop, frames, (x, y, 0.9 * radius))
+    x, y = (float(top[name].iloc[last]) for name in ("center_x_px", "center_y_px"))
+    geometry = read_table(folder, "geometry")
+    radius = DOME_DISC * float(geometry.loc[geometry["view"] == "top", "radius_px"].iloc[0])
+    if not np.isfinite(radius):
+        radius = DOME_DISC * float(top["radius_px"].iloc[shown].median())
+    frames = range(max(last - 6, 0), min(last + DOME_FRAMES, len(top)))
+    levels = _disc_levels(folder, drop, frames, (x, y, radius))
     return find_dome_over(top["t_s"].to_numpy(float)[frames.start : frames.stop], levels)
 
 
