@@ -74,7 +74,9 @@ def test_clip_without_second_peak_says_so_and_is_less_sure():
     whole = fit_time_scale(SPHERES[0], Measured(1.6, 0.003), times, stretch, unc)
     early = times < 0.5 * truth * whole.period_model_s
     part = fit_time_scale(SPHERES[0], Measured(1.6, 0.003), times[early], stretch[early], unc[early])
-    assert part.status == "clip_ended"
+    blind = fit_time_scale(SPHERES[0], Measured(1.6, 0.003), times, np.where(early, stretch, np.nan), unc)
+    assert part.status == blind.status == "clip_ended"
+    assert blind.ratio == pytest.approx(part.ratio, rel=1e-6)
     assert part.ratio_unc > 2.0 * whole.ratio_unc
     assert abs(part.ratio - truth) < 4.0 * part.ratio_unc
 

@@ -103,7 +103,8 @@ def fit_time_scale(
         return _unfitted(period_model, int(np.count_nonzero(near)), "too_few")
     data = (times[near], values[near], weights[near])
     fit = _best(curve, data, (guess, 0.9 * guess, 1.1 * guess))
-    result = _result(curve, data, fit, float(np.max(times_s)))
+    seen = np.isfinite(np.asarray(stretch, dtype=float))
+    result = _result(curve, data, fit, float(np.max(np.asarray(times_s)[seen])))
     if result.status not in ("ok", "clip_ended"):
         return result
     if first_peak.unc > 0.0:
