@@ -19,7 +19,7 @@ from wentry_cli.cavity.seal import EDGE_MODEL_PX, Scene, Seal, find_seal
 from wentry_cli.errors import FrameUnreadableError
 from wentry_cli.progress import tick
 from wentry_cli.stages.clip import flat_field, open_clip
-from wentry_cli.stages.track_side import Scales, pixel_map
+from wentry_cli.stages.track_scales import Scales, pixel_map
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 from wentry_cli.tracking.scale import PixelMap, pixel_to_metre
 
