@@ -29,7 +29,7 @@ def largest_contour(region: NDArray[np.float32], top_y: float) -> NDArray[np.flo
     points = max(contours, key=len).reshape(-1, 2).astype(float)
     rows, columns = region.shape
     inside = (points[:, 0] > 0) & (points[:, 0] < columns - 1) & (points[:, 1] < rows - 1)
-    return points[inside & (points[:, 1] > top_y)]
+    return np.asarray(points[inside & (points[:, 1] > top_y)])
 
 
 def ellipse_of(points: NDArray[np.float64], radius: float, outward: float) -> tuple[float, float]:

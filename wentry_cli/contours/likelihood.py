@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
+from wentry_cli.imaging.order_statistics import median_of
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -100,10 +101,11 @@ def first_levels(pixels: Floats, sectors: Ints, count: int) -> tuple[float, floa
         elif pixels[n, 0] > 2.0:
             totals[k, 2] += pixels[n, 1]
             totals[k, 3] += 1.0
-    inside = totals[:, 0] / totals[:, 1]
-    outside = totals[:, 2] / totals[:, 3]
-    inside = np.sort(inside[totals[:, 1] > 2.0])
-    outside = np.sort(outside[totals[:, 3] > 2.0])
-    low = inside[inside.size // 2] if inside.size else math.nan
-    high = outside[outside.size // 2] if outside.size else math.nan
-    return low, high
+    levels = np.empty((2, count))
+    found = np.zeros(2, dtype=np.int64)
+    for k in range(count):
+        for side in range(2):
+            if totals[k, 2 * side + 1] > 2.0:
+                levels[side, found[side]] = totals[k, 2 * side] / totals[k, 2 * side + 1]
+                found[side] += 1
+    return median_of(levels[0], found[0]), median_of(levels[1], found[1])

@@ -123,6 +123,16 @@ def share_seen(sectors: NDArray[np.int64], place: Floats) -> float:
 
 
 @compiled
+def share_kept(sums: Floats, verdict: Floats) -> float:
+    """Weight of the sectors that hold pixels, over their number."""
+    weight, number = 0.0, 0
+    for k in range(sums.shape[0]):
+        weight += verdict[k, WEIGHT]
+        number += 1 if sums[k, COUNT] >= LEAST_PIXELS else 0
+    return weight / max(1, number)
+
+
+@compiled
 def lowest_place(moved: Floats, depth: float, half_angle: float) -> float:
     """Place where depth * cos(angle) plus the fitted displacement is lowest (Newton's method)."""
     t = 0.0
@@ -158,16 +168,18 @@ def refine_bottom(
     moved, factor, sums, verdict = solve_band(cap, belief, np.arange(5), 1)
     if factor.size == 0:
         return nan, nan, nan, nan, POOR
-    kept = np.sum(verdict[:, WEIGHT]) / max(1, int(np.sum(sums[:, COUNT] >= LEAST_PIXELS)))
-    if kept < LEAST_KEPT:
+    if share_kept(sums, verdict) < LEAST_KEPT:
         return nan, nan, nan, nan, OCCLUDED
     residual, chi2 = residual_statistics(sums, verdict, 3)
     t = lowest_place(moved, depth, half_angle)
     if math.isnan(chi2) or not abs(t) < 1.0 or farthest(cap.rows, moved) > MOST_SHIFT_PX:
         return nan, nan, nan, nan, POOR
     covariance = invert_block(factor, 5, max(1.0, chi2))
-    powers = np.array([1.0, t, t * t, t**3, t**4])
-    row = shape[1] + depth * math.cos(half_angle * t) + np.sum(powers * moved)
+    row, variance = shape[1] + depth * math.cos(half_angle * t), 0.0
+    for i in range(5):
+        row += moved[i] * t**i
+        for j in range(5):
+            variance += covariance[i, j] * t ** (i + j)
     phi = lowest + half_angle * t
     column = shape[0] + a * math.cos(phi) * math.cos(shape[4]) + b * math.sin(phi) * math.sin(shape[4])
-    return column, row, math.sqrt(np.sum(powers * (covariance @ powers))), residual, FOUND
+    return column, row, math.sqrt(variance), residual, FOUND

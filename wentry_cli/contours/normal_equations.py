@@ -53,21 +53,3 @@ def solve(matrix: Floats, right: Floats) -> bool:
         return False
     substitute(matrix, right)
     return True
-
-
-@compiled
-def median_of(values: Floats, count: int) -> float:
-    """Median of the first ``count`` entries, which are reordered; NaN where there are none."""
-    if count == 0:
-        return math.nan
-    part = np.sort(values[:count])
-    middle = count // 2
-    return float(part[middle]) if count % 2 else 0.5 * float(part[middle - 1] + part[middle])
-
-
-@compiled
-def quantile_of(values: Floats, count: int, share: float) -> float:
-    """The value below which ``share`` of the first ``count`` entries lie (no interpolation); NaN where none."""
-    if count == 0:
-        return math.nan
-    return float(np.sort(values[:count])[min(count - 1, int(share * count))])

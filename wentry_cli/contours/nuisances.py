@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.likelihood import CHI2, COUNT, COUNT_IN, COUNT_OUT, SQUARE_IN, SQUARE_OUT
-from wentry_cli.contours.normal_equations import median_of
 from wentry_cli.contours.sectors import (
     LEAST_PIXELS,
     LEVEL_IN,
@@ -21,6 +20,7 @@ from wentry_cli.contours.sectors import (
     SLOPE_Y,
     WEIGHT,
 )
+from wentry_cli.imaging.order_statistics import median_of
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

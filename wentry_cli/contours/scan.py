@@ -21,8 +21,9 @@ from wentry_cli.contours.arc import (
     sector_angles,
     semi_axes,
 )
-from wentry_cli.contours.normal_equations import factorise, quantile_of, solve, substitute
+from wentry_cli.contours.normal_equations import factorise, solve, substitute
 from wentry_cli.imaging.edges import CANDIDATES, edge_candidates
+from wentry_cli.imaging.order_statistics import quantile_of
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -253,13 +254,14 @@ def scan_shape(
             return covariance, report
         half = min(halves[turn], 0.8 * rays.shape[0] + 4.0)
         at, height, sample_noise = edge_candidates(values, rays, half, 0.5 if fine else 1.0, 3 if fine else 1)
-        report[4] = np.median(height[:, 0])
-        strongest = np.sort(height[:, 0])[int(0.75 * height.shape[0])]
+        heights = height[:, 0].copy()
+        report[4] = quantile_of(heights, heights.size, 0.5)
+        strongest = quantile_of(heights, heights.size, 0.75)
         used_noise = max(noise, 0.0) if noise > 0.0 else sample_noise
         settings[0] = max(0.3 * strongest, 0.02, 2.0 * used_noise if not fine else 1.0 * used_noise)
         settings[1] = max(LIMITS_PX[turn], DEPARTURE * shape[2])
         settings[2] = 0.6 * settings[1] if search[1] > 0.0 else settings[1]
-        if np.sum(height[:, 0] >= settings[0]) < max(size + 3, 0.15 * height.shape[0]):
+        if quantile_of(heights, heights.size, 1.0 - max((size + 3.0) / heights.size, 0.15)) < settings[0]:
             report[0] = 1.0
             return covariance, report
         correct_curvature(at, rays, search[3] + (LINE_VARIANCE if fine else 0.0), search[5:])
@@ -271,7 +273,9 @@ def scan_shape(
             return covariance, report
         clamp_step(shape, step)
     report[0] = 0.0
-    spacing = max(0.5, float(np.mean(rays[:, COLUMNS - 1])))
+    spacing = 0.0
+    for k in range(rays.shape[0]):
+        spacing += max(0.5, rays[k, COLUMNS - 1]) / rays.shape[0]
     inflation = report[3] ** 2 * max(1.0, RAY_WIDTH_PX / spacing)
     unit = np.empty(size)
     for j in range(size):

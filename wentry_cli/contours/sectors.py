@@ -31,7 +31,7 @@ from wentry_cli.contours.likelihood import (
     OUTSIDE,
     RATIO,
 )
-from wentry_cli.contours.normal_equations import median_of, quantile_of
+from wentry_cli.imaging.order_statistics import median_of, quantile_of
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

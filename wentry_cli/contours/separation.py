@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.arc import LENGTH, NX, NY, X, Y, arc_geometry, quadrant_table, sector_angles, semi_axes
 from wentry_cli.contours.ellipse import SilhouetteFit
-from wentry_cli.contours.normal_equations import median_of
 from wentry_cli.imaging.edges import CANDIDATES, edge_candidates
+from wentry_cli.imaging.order_statistics import median_of
 from wentry_cli.imaging.patch import Patch
 
 Floats = NDArray[np.float64]
@@ -114,7 +114,9 @@ def one_side(rays: Floats, outer: Floats, first: int, step: int) -> tuple[Floats
     for n in range(count):
         k = (first + step * n) % rays.shape[0]
         length[n] = travelled
-        path[n], off[n] = rays[k, :4], outer[k]
+        for column in range(4):
+            path[n, column] = rays[k, column]
+        off[n] = outer[k]
         travelled += rays[k, LENGTH]
     return length, path, off
 
@@ -208,14 +210,20 @@ def corner(length: Floats, path: Floats, off: Floats) -> tuple[float, float, flo
         total, number = hinge(path, off, (column, rows[index]), (low, n + 1, high))
         if number >= 3:
             totals[index] = total
-    if trials.size == 0 or not math.isfinite(np.min(totals)):
+    best = 0
+    for index in range(trials.size):
+        best = index if totals[index] < totals[best] else best
+    if trials.size == 0 or not math.isfinite(totals[best]):
         return math.nan, math.nan, NO_CORNER
-    best = int(np.argmin(totals))
     scatter2 = max(noise * noise, totals[best] / max(1, high - low - 3))
-    near = rows[totals < totals[best] + 2.0 * scatter2]
-    on_wall = np.sum(length[low:high] > trials[best])
+    least, most, on_wall = rows[best], rows[best], 0
+    for index in range(trials.size):
+        if totals[index] < totals[best] + 2.0 * scatter2:
+            least, most = min(least, rows[index]), max(most, rows[index])
+    for n in range(low, high):
+        on_wall += 1 if length[n] > trials[best] else 0
     few = FEW_UNC_PX if on_wall < FEW_RAYS else 0.0
-    unc = math.hypot(math.hypot(0.5 * (np.max(near) - np.min(near)), LEAST_UNC_PX), few)
+    unc = math.hypot(math.hypot(0.5 * (most - least), LEAST_UNC_PX), few)
     if unc > MOST_UNC_PX or best == 0:
         return math.nan, math.nan, NO_CORNER
     return rows[best], unc, SEEN

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
+from wentry_cli.imaging.order_statistics import median_of
 
 Floats = NDArray[np.float64]
 
@@ -170,5 +171,4 @@ def edge_candidates(
             bend = response[n - 1] - 2.0 * here + response[n + 1]
             shift = 0.5 * (response[n - 1] - response[n + 1]) / bend if bend < 0.0 else 0.0
             keep_candidate(at[k], height[k], (n + shift) * step - half, here)
-    noise = 0.5 * np.median(noises[:valid_rays]) if valid_rays else math.nan
-    return at, height, noise
+    return at, height, 0.5 * median_of(noises, valid_rays)
