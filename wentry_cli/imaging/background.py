@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.imaging.detection import Candidate, find_spheres
+from wentry_cli.imaging.detection import Candidate, find_spheres, shrink
 from wentry_cli.imaging.ground import clean_level, fill_holes, relative_noise
 from wentry_cli.imaging.patch import Patch
 
 DARKEST_GROUND = 0.12
 HOT_PIXEL = 0.25
 GHOST = 0.7
+STEADY = 0.003
 
 
 @dataclass(frozen=True)
@@ -83,8 +83,18 @@ def _without_spheres(samples: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.bo
 
 def spheres_in_raw(frame: NDArray[Any]) -> list[Candidate]:
     """Spheres in a frame without flat field: dark against the level of its bright half."""
-    ground = float(np.percentile(frame[::4, ::4], 80))
-    return find_spheres(frame.astype(np.float32) / max(ground, 1.0))
+    coarse, factor = shrink(frame)
+    ground = float(np.percentile(coarse[::2, ::2], 80))
+    return find_spheres(coarse / max(ground, 1.0), factor)
+
+
+def coarse_transmission(frame: NDArray[Any], background: Background) -> tuple[NDArray[np.float32], float]:
+    """A whole raw frame in units of the empty scene, shrunk for a coarse look; and the factor."""
+    coarse, factor = shrink(frame)
+    level, _ = shrink(background.level)
+    if background.contrast > 0:
+        return 1.0 - (coarse - level) / np.float32(background.contrast), factor
+    return np.asarray(coarse / np.maximum(level, 1.0), np.float32), factor
 
 
 def _usable(level: NDArray[np.float32]) -> NDArray[np.bool_]:
@@ -133,28 +143,30 @@ def cut_patch(raw: NDArray[Any], x0: int, y0: int, background: Background) -> Pa
     return Patch(values, x0, y0, background.noise, background.ceiling)
 
 
+@compiled
+def _ground_level(values: NDArray[np.float32], x: float, y: float, across: float, along: float) -> tuple[float, int]:
+    total = 0.0
+    count = 0
+    for row in range(max(0, int(y)), values.shape[0], 3):
+        height = ((row - y) / along) ** 2
+        for column in range(0, values.shape[1], 3):
+            value = values[row, column]
+            if 0.7 < value < 1.4 and ((column - x) / across) ** 2 + height > 1.1:
+                total += value
+                count += 1
+    return total, count
+
+
 def steadied(patch: Patch, shape: tuple[float, float, float, float]) -> Patch:
-    """Divide out the flicker of the light: the median of the plain ground beside and below a shape becomes 1.
+    """Divide out the flicker of the light: the plain ground beside and below a shape becomes 1.
 
     ``shape`` is the ellipse (x, y, semi-axis across, semi-axis along) in full-frame pixels; the ground above it may be
     splash or cavity and is not looked at. The patch is returned as it is where the light is steady to 0.3 %, or too
     little ground is seen.
     """
     x, y, across, along = shape
-    values = patch.values[::3, ::3]
-    column = (patch.x0 + 3 * np.arange(values.shape[1]) - x) / (across + 4.0)
-    row = (patch.y0 + 3 * np.arange(values.shape[0]) - y) / (along + 4.0)
-    outside = (column[None, :] ** 2 + row[:, None] ** 2 > 1.1) & (row[:, None] > 0)
-    ground = values[outside]
-    ground = ground[ground > 0.5]
-    if ground.size < 60:
+    total, count = _ground_level(patch.values, x - patch.x0, y - patch.y0, across + 4.0, along + 4.0)
+    if count < 60 or abs(total / count - 1.0) < STEADY:
         return patch
-    gain = float(np.median(ground))
-    if abs(gain - 1.0) < 0.003 or not 0.5 < gain < 2.0:
-        return patch
+    gain = total / count
     return Patch(patch.values / np.float32(gain), patch.x0, patch.y0, patch.noise_floor, patch.ceiling / gain)
-
-
-def stacked(frames: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """Stack equally large frames to (frames, rows, columns), keeping their type."""
-    return np.stack(list(frames))

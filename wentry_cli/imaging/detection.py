@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -30,23 +31,32 @@ class Candidate:
     departure: float
 
 
+def shrink(image: NDArray[Any]) -> tuple[NDArray[np.float32], float]:
+    """A coarse copy of an image, area averages, and the factor by which it is smaller."""
+    factor = -(-max(image.shape) // COARSE_SIZE)
+    rows, columns = image.shape[0] // factor, image.shape[1] // factor
+    if factor == 1 or min(rows, columns) < 1:
+        return image.astype(np.float32), 1.0
+    whole = image[: rows * factor, : columns * factor]
+    return np.asarray(cv2.resize(whole, (columns, rows), interpolation=cv2.INTER_AREA), np.float32), float(factor)
+
+
 def find_spheres(
-    transmission: NDArray[np.float32],
+    coarse: NDArray[np.float32],
+    factor: float = 1.0,
     *,
     radius_range: tuple[float, float] = (7.0, math.inf),
     departure: float = 0.035,
 ) -> list[Candidate]:
     """Find round dark objects in a transmission image (dark on 1.0), whole ones first, then the roundest.
 
-    Outer outlines only, so a bright spot inside does not matter. A sphere that the edge of the image cuts is found
-    where 140° of its outline are seen; a bar, a band or a shadow at the edge is not round. Accuracy is that of the
-    coarse image, a pixel or two.
+    ``coarse`` and ``factor`` are those of ``shrink``, the results in pixels of the full image. Outer outlines only, so
+    a bright spot inside does not matter. A sphere that the edge of the image cuts is found where 140° of its outline
+    are seen; a bar, a band or a shadow at the edge is not round. Accuracy is a pixel or two of the coarse image.
     """
-    factor = max(1.0, max(transmission.shape) / COARSE_SIZE)
-    coarse = _coarse(transmission, factor)
     dark = (~(coarse >= HALF_LEVEL)).astype(np.uint8)
     contours, _ = cv2.findContours(dark, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    largest = min(radius_range[1], 0.6 * max(transmission.shape))
+    largest = min(radius_range[1], 0.6 * factor * max(coarse.shape))
     found = (_candidate(np.asarray(contour), coarse.shape, factor) for contour in contours)
     kept = [
         item
@@ -57,14 +67,6 @@ def find_spheres(
         and item.departure <= departure + 0.5 * factor / item.radius
     ]
     return sorted(kept, key=lambda item: (item.span_deg < WHOLE_SPAN, item.departure))
-
-
-def _coarse(image: NDArray[np.float32], factor: float) -> NDArray[np.float32]:
-    filled = np.nan_to_num(image, nan=1.0)
-    if factor <= 1.0:
-        return filled
-    size = (round(image.shape[1] / factor), round(image.shape[0] / factor))
-    return np.asarray(cv2.resize(filled, size, interpolation=cv2.INTER_AREA), np.float32)
 
 
 def _candidate(contour: NDArray[np.int32], shape: tuple[int, ...], factor: float) -> Candidate | None:

@@ -37,37 +37,49 @@ def relative_noise(samples: NDArray[Any]) -> float:
 
 
 @compiled
+def _brightest(samples: NDArray[Any], row: int, top: NDArray[np.float32]) -> None:
+    # the three brightest samples of every pixel of a row, in order; sample after sample, as they lie in memory
+    top[:] = 0.0
+    for index in range(samples.shape[0]):
+        for column in range(samples.shape[2]):
+            value = np.float32(samples[index, row, column])
+            if value > top[2, column]:
+                if value > top[1, column]:
+                    top[2, column] = top[1, column]
+                    if value > top[0, column]:
+                        top[1, column] = top[0, column]
+                        top[0, column] = value
+                    else:
+                        top[1, column] = value
+                else:
+                    top[2, column] = value
+
+
+@compiled
 def _clean_mean(samples: NDArray[Any], tolerance: float, level: NDArray[np.float32]) -> None:
     count, rows, columns = samples.shape
-    values = np.empty(count, np.float32)
+    top = np.empty((3, columns), np.float32)
+    bound = np.empty(columns, np.float32)
+    total = np.empty(columns, np.float32)
+    used = np.empty(columns, np.float32)
+    keep = np.float32(1.0 - tolerance)
     for row in range(rows):
+        _brightest(samples, row, top)
         for column in range(columns):
-            known = 0
-            first = second = third = np.float32(0.0)
-            for index in range(count):
+            first, second, third = top[0, column], top[1, column], top[2, column]
+            lowest = first * keep
+            bright = third if third >= lowest else (second if second >= lowest else first)
+            bound[column] = max(bright * keep, np.float32(1e-6))
+            total[column] = 0.0
+            used[column] = 0.0
+        for index in range(count):
+            for column in range(columns):
                 value = np.float32(samples[index, row, column])
-                if value > 0:
-                    values[known] = value
-                    known += 1
-                    if value > first:
-                        first, second, third = value, first, second
-                    elif value > second:
-                        second, third = value, second
-                    elif value > third:
-                        third = value
-            if known == 0:
-                level[row, column] = np.nan
-                continue
-            bound = first * (1.0 - tolerance)
-            top = third if third >= bound else (second if second >= bound else first)
-            bound = top * (1.0 - tolerance)
-            total = 0.0
-            used = 0
-            for index in range(known):
-                if values[index] >= bound:
-                    total += values[index]
-                    used += 1
-            level[row, column] = total / used
+                good = value >= bound[column]
+                total[column] += value if good else np.float32(0.0)
+                used[column] += np.float32(1.0) if good else np.float32(0.0)
+        for column in range(columns):
+            level[row, column] = total[column] / used[column] if used[column] > 0 else np.nan
 
 
 def clean_level(samples: NDArray[Any], noise: float) -> NDArray[np.float32]:

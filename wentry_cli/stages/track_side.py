@@ -8,17 +8,18 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wentry_cli.imaging.background import Background
 from wentry_cli.imaging.free_surface import SurfaceRow, find_free_surface, find_plate
 from wentry_cli.stages.clip import Clip
+from wentry_cli.stages.track_impact import NO_IMPACT, best_bottom, entry_impact
 from wentry_cli.stages.track_rows import side_columns
+from wentry_cli.stages.track_scales import NO_SCALES, Scales, find_scales, given_radii, height_unc, pixel_map
 from wentry_cli.tracking.flight import air_plan, both_ways
-from wentry_cli.tracking.impact import Impact, back_to_surface, find_impact
+from wentry_cli.tracking.impact import Impact
 from wentry_cli.tracking.plate import PlateScene, track_plate
 from wentry_cli.tracking.prediction import Path
-from wentry_cli.tracking.scale import NO_RADIUS, PixelMap, PooledRadius, pixel_to_metre, scale_from_radius
+from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius, pixel_to_metre
 from wentry_cli.tracking.seed import find_seed
 from wentry_cli.tracking.shape_check import NO_CHECK, ShapeCheck
 from wentry_cli.tracking.side import SideScene, track_side
@@ -27,23 +28,6 @@ from wentry_cli.tracking.wet_radius import pool_sightings
 
 if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
-
-CLIPPED_EDGE = 0.0045
-NO_IMPACT = Impact(math.nan, math.nan, math.nan, math.nan, math.nan, "too_few")
-
-
-@dataclass(frozen=True)
-class Scales:
-    """Scales in px/m with standard uncertainties, in air and through the water, and where they came from."""
-
-    air: float
-    air_unc: float
-    water: float
-    water_unc: float
-    source: str
-
-
-NO_SCALES = Scales(math.nan, math.nan, math.nan, math.nan, "unknown")
 
 
 @dataclass(frozen=True)
@@ -96,21 +80,8 @@ def _surface(drop: Drop, ground: Background, seed: Path | None) -> SurfaceRow:
     if drop.experiment.kind == "surface_impact":
         return find_plate(ground.level, x_px=middle)
     highest = min(shape.y for shape in seed.shapes) if seed is not None else 0.0
-    return find_free_surface(ground.level, x_px=middle, rows=(highest, float(ground.shape[0])))
-
-
-def given_radii(drop: Drop) -> tuple[PooledRadius, PooledRadius]:
-    """Radii in px, in air and below the surface, from scales that the user gave; unknown where they are ``auto``."""
-    view, sphere = drop.view("side"), drop.experiment.sphere
-
-    def radius(scale: float | str) -> PooledRadius:
-        if isinstance(scale, str):
-            return NO_RADIUS
-        unc = math.hypot(view.scale_px_per_m_unc / scale, sphere.diameter_m_unc / sphere.diameter_m)
-        value = scale * sphere.radius_m
-        return PooledRadius(value, value * unc, 0, 0.0)
-
-    return radius(view.scale_pair.air), radius(view.scale_pair.water)
+    level = ground.level if ground.contrast == 0 else np.float32(ground.full_scale) - ground.level
+    return find_free_surface(level, x_px=middle, rows=(highest, float(ground.shape[0])))
 
 
 def exposure_frames(drop: Drop, name: str, clip: Clip) -> float:
@@ -128,34 +99,6 @@ def fitting_level(drop: Drop, ground: Background) -> str:
     the picture means by its edge.
     """
     return "fast" if math.isfinite(ground.ceiling) else drop.experiment.analysis.tracking
-
-
-def find_scales(drop: Drop, air: PooledRadius, water: PooledRadius, ground: Background) -> Scales:
-    """Scales from the radii: a number of the user wins, else the diameter, else the size below the surface.
-
-    Where the light is clipped by the sensor the level of the edge is not known, and with it .45 % of the diameter.
-    """
-    sphere, pair = drop.experiment.sphere, drop.view("side").scale_pair
-    clipped = CLIPPED_EDGE if math.isfinite(ground.ceiling) else 0.0
-    seen_air = air if air.known else water
-    seen_water = water if water.known else air
-    values = []
-    for given, radius in ((pair.air, seen_air), (pair.water, seen_water)):
-        if given != "auto":
-            values.append((float(given), drop.view("side").scale_px_per_m_unc))
-            continue
-        scale, unc = scale_from_radius(radius, sphere.diameter_m, sphere.diameter_m_unc)
-        values.append((scale, math.hypot(unc, clipped * scale)))
-    air_source = "given" if pair.air != "auto" else ("diameter" if air.known else "wet_ellipse")
-    wet_source = "given" if pair.water != "auto" else ("wet_ellipse" if water.known else "diameter")
-    return Scales(*values[0], *values[1], f"air {air_source}, water {wet_source}")
-
-
-def pixel_map(drop: Drop, scales: Scales, zero_px: float, middle_px: tuple[float, float]) -> PixelMap:
-    """The map to metres of the side view; the optical axis is given or in the middle of the camera's image."""
-    axis = drop.view("side").optical_axis_y_px
-    axis_y = middle_px[1] if axis == "auto" else float(axis)
-    return PixelMap(scales.air, scales.water, zero_px, middle_px[0], axis_y)
 
 
 def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path, SurfaceRow]) -> SideResult:
@@ -183,36 +126,6 @@ def _why_no_impact(impact: Impact) -> str:
     if impact.status == "no_object":
         return "the sphere never reaches the surface: check views.side.surface_y_px, or take a longer clip"
     return "the moment of impact is not known: the clip shows too few frames before it"
-
-
-def entry_impact(drop: Drop, clip: Clip, sightings: Sequence[Sighting], surface: tuple[SurfaceRow, float]) -> Impact:
-    """The moment of impact from the frames in air, or, in a clip that starts later, from the first wet ones."""
-    row, scale = surface
-    good = [item for item in sightings if item.ok and item.fit is not None]
-    dry = [item for item in good if not item.wet]
-    bottoms = np.array([best_bottom(item) for item in dry]).reshape(-1, 3)
-    times = clip.time_s[[item.frame for item in dry]] if dry else np.empty(0)
-    limits = (row.y_px, row.unc_px)
-    impact = find_impact(times, bottoms[:, 0], bottoms[:, 1], limits, drop.experiment.gravity_m_s2 * scale)
-    if impact.status == "ok" and impact.time_s > clip.time_s[-1]:
-        return Impact(math.nan, math.nan, impact.speed_px_s, math.nan, impact.residual_px, "no_object")
-    if impact.status != "too_few":
-        return impact
-    wet = [item for item in good if item.wet]
-    if not wet:
-        return impact
-    rows = np.array([best_bottom(item)[0] for item in wet])
-    time, unc = back_to_surface(clip.time_s[[item.frame for item in wet]], rows, limits)
-    return Impact(time, unc, math.nan, math.nan, math.nan, "ok" if math.isfinite(time) else "too_few")
-
-
-def best_bottom(item: Sighting) -> tuple[float, float, float]:
-    """Row of the lowest point and its uncertainty in px: from the bottom alone (1 in the third place), else ellipse."""
-    if item.bottom is not None and item.bottom.status == "ok" and math.isfinite(item.bottom.y_px):
-        return item.bottom.y_px, item.bottom.y_unc_px, 1.0
-    if item.fit is None:
-        return math.nan, math.nan, 0.0
-    return item.fit.bottom_y_px, item.fit.bottom_y_unc_px, 0.0
 
 
 def _measure_plate(drop: Drop, clip: Clip, ground: Background, start: tuple[Path, SurfaceRow]) -> SideResult:
@@ -273,27 +186,9 @@ def _in_metres(
     columns["bottom_y_px_unc"] = np.hypot(columns["bottom_y_px_unc"], check.bottom_offset_px)
     unc = np.where(use_local, columns["bottom_local_y_px_unc"], columns["bottom_y_px_unc"])
     columns["y_b_m"] = pixel_to_metre(0.0, bottom, pixels)[1]
-    columns["y_b_m_unc"] = _height_unc((bottom, unc), scales, surface, pixels.axis_y_px)
+    columns["y_b_m_unc"] = height_unc((bottom, unc), scales, surface, pixels.axis_y_px)
     columns["y_b_source"] = np.where(np.isfinite(bottom), np.where(use_local, "local", "ellipse"), "")
     columns["separation_y_m"] = pixel_to_metre(0.0, columns["separation_y_px"], pixels)[1]
     if not drop.experiment.deformable and drop.experiment.kind != "free_flight":
         columns["stretch"] = columns["stretch_unc"] = np.full(clip.count, np.nan)
     return columns
-
-
-def _height_unc(
-    bottom: tuple[NDArray[np.float64], NDArray[np.float64]], scales: Scales, surface: SurfaceRow, axis_px: float
-) -> NDArray[np.float64]:
-    """Uncertainty of a height in m: that of the row, of the surface, and of the scales (see ``pixel_to_metre``).
-
-    A scale that both media share stretches the distance from the surface; two scales stretch those from the axis.
-    """
-    row = bottom[0]
-    wet = row > surface.y_px
-    scale = np.where(wet, scales.water, scales.air)
-    by_air, by_water = scales.air_unc / scales.air**2, scales.water_unc / scales.water**2
-    by_scale = (row - surface.y_px) * by_air
-    if scales.air != scales.water:
-        through_wall = np.hypot((surface.y_px - axis_px) * by_air, (row - axis_px) * by_water)
-        by_scale = np.where(wet, through_wall, by_scale)
-    return np.asarray(np.sqrt((bottom[1] ** 2 + surface.unc_px**2) / scale**2 + by_scale**2))

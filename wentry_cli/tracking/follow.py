@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.errors import FrameUnreadableError
@@ -18,44 +19,70 @@ Plan = Callable[[int, EllipseShape, tuple[float, float]], Look | str]
 
 LOST_AFTER = 3
 GIVEN_UP_AFTER = 60
+LARGEST_JUMP = 0.3
+STRETCHES = (1.0, 1.2, 0.85, 1.4)
 UNREADABLE = {"bad_frame", "gap"}
 
 
+@dataclass(frozen=True)
+class Watch:
+    """What a path is to be watched for.
+
+    ``learn`` hears of every measured frame, ``accept`` may refuse one that the sphere cannot have reached; a ``wet``
+    sphere that was lost is searched for in the whole frame; ``patience`` failures in a row end the path.
+    """
+
+    learn: Callable[[Sighting], None] | None = None
+    accept: Callable[[Sighting], bool] | None = None
+    wet: bool = False
+    patience: int = GIVEN_UP_AFTER
+
+    def believes(self, sighting: Sighting, path: Path) -> bool:
+        """Whether a good fit lies where the sphere can be: not on its mirror image, a jet, a droplet."""
+        return not _jumps(sighting, path) and (self.accept is None or self.accept(sighting))
+
+
+TRUSTING = Watch()
+
+
 def follow(
-    frames: Frames,
-    ground: Background,
-    path: Path,
-    order: Iterable[int],
-    plan: Plan,
-    *,
-    learn: Callable[[Sighting], None] | None = None,
-    wet: bool = False,
-    patience: int = GIVEN_UP_AFTER,
+    frames: Frames, ground: Background, path: Path, order: Iterable[int], plan: Plan, watch: Watch = TRUSTING
 ) -> list[Sighting]:
     """Measure the frames in ``order`` (forwards or backwards), each from the last few.
 
-    A frame that failed is tried once more at the bottom that the picture itself shows. After three failures in a row
-    a ``wet`` sphere is searched for in the whole frame. The status ``out_of_frame`` from the plan ends the path, and
-    so do ``patience`` failures in a row. ``learn`` hears of every measured frame.
+    A frame that failed is tried once more at the bottom that the picture itself shows. The status ``out_of_frame``
+    from the plan ends the path.
     """
     found: list[Sighting] = []
     lost = 0
     for index in order:
-        sighting = _step(frames, ground, path, index, plan)
+        sighting = _step(frames, ground, path, index, plan, thorough=lost > 0)
+        if sighting.ok and not watch.believes(sighting, path):
+            sighting = replace(sighting, status="poor_fit")
         if not sighting.ok and sighting.status not in UNREADABLE:
             lost += 1
-            if wet and lost >= LOST_AFTER and lost % 2:
-                sighting = _search(frames, ground, path, index, plan) or sighting
+            if watch.wet and lost >= LOST_AFTER and lost % 2:
+                found_again = _search(frames, ground, path, index, plan)
+                sighting = found_again if found_again and watch.believes(found_again, path) else sighting
         if sighting.ok and sighting.fit is not None:
             path.add(index, _remembered(sighting, path.radius))
             lost = 0
-            if learn is not None:
-                learn(sighting)
+            if watch.learn is not None:
+                watch.learn(sighting)
         found.append(sighting)
         left = sighting.status == "out_of_frame" and sighting.fit is None
-        if left or lost >= patience:
+        if left or lost >= watch.patience:
             break
     return found
+
+
+def _jumps(sighting: Sighting, path: Path) -> bool:
+    assert sighting.fit is not None
+    expected = path.predict(sighting.frame)
+    shape = _remembered(sighting, path.radius)
+    allowed = LARGEST_JUMP * path.radius + 2.0 * abs(sighting.frame - path.frames[-1])
+    moved = shape.y - expected.y if sighting.circle else shape.bottom_y - expected.bottom_y
+    return math.hypot(shape.x - expected.x, moved) > allowed
 
 
 def _remembered(sighting: Sighting, radius: float) -> EllipseShape:
@@ -67,19 +94,29 @@ def _remembered(sighting: Sighting, radius: float) -> EllipseShape:
     return EllipseShape(shape.x, shape.y, radius, shape.radius / radius)
 
 
-def _step(frames: Frames, ground: Background, path: Path, index: int, plan: Plan) -> Sighting:
+def _step(frames: Frames, ground: Background, path: Path, index: int, plan: Plan, *, thorough: bool) -> Sighting:
     guess = path.predict(index)
     look = plan(index, guess, path.velocity())
     if isinstance(look, str):
         return Sighting(index, look)
+    if look.tilt_deg is not None:
+        guess = replace(guess, tilt_deg=look.tilt_deg)
     first = sight(frames, index, ground, guess, look)
     if first.ok or first.status in UNREADABLE or look.outline == "circle":
         return first
     moved = _at_visible_bottom(frames, ground, index, guess, look)
     if moved is None:
         return first
-    second = sight(frames, index, ground, moved, look)
-    return second if second.ok else first
+    factors = STRETCHES if thorough and not path.stiff else (1.0,)
+    tries = [sight(frames, index, ground, _squeezed(moved, factor), look) for factor in factors]
+    good = [item for item in tries if item.ok and not _jumps(item, path)]
+    return min(good, key=lambda item: item.fit.gated_fraction if item.fit else 1.0) if good else first
+
+
+def _squeezed(shape: EllipseShape, factor: float) -> EllipseShape:
+    """The shape with its stretch times ``factor`` and the same lowest point."""
+    other = replace(shape, stretch=shape.stretch * factor)
+    return replace(other, y=other.y + shape.bottom_y - other.bottom_y)
 
 
 def _at_visible_bottom(

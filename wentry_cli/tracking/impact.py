@@ -73,22 +73,26 @@ def weighted_line(
     return solution, normal * excess, residual
 
 
-def back_to_surface(time_s: ArrayLike, bottom_px: ArrayLike, surface_px: tuple[float, float]) -> tuple[float, float]:
-    """Estimate the impact of a clip that starts after it: a line through the first wet frames, followed back.
+def back_to_surface(time_s: ArrayLike, row_px: ArrayLike, surface_px: tuple[float, float]) -> tuple[float, float]:
+    """Estimate the impact of a clip that starts after it: a parabola through the first wet frames, followed back.
 
-    A sphere slows down in water, so the line comes late; a quarter of the step back is its uncertainty. NaN where
-    fewer than four frames are known.
+    ``row_px`` is the row of the centre plus the undeformed radius, which meets the surface at impact and slows down
+    more evenly than the lowest point does. Half of what the parabola changes against a line is its uncertainty. NaN
+    where fewer than six frames are known.
     """
-    time, bottom = np.asarray(time_s, np.float64), np.asarray(bottom_px, np.float64)
-    good = np.isfinite(bottom)
-    time, bottom = time[good][:8], bottom[good][:8]
-    if time.size < 4:
+    time, row = np.asarray(time_s, np.float64), np.asarray(row_px, np.float64)
+    good = np.isfinite(row)
+    time, row = time[good][:12], row[good][:12]
+    if time.size < 6:
         return math.nan, math.nan
-    speed, height = np.polyfit(time - time[0], bottom, 1)
-    if speed <= 0:
+    bend, speed, height = np.polyfit(time - time[0], row - surface_px[0], 2)
+    line_speed, line_height = np.polyfit(time - time[0], row - surface_px[0], 1)
+    inside = speed**2 - 4.0 * bend * height
+    if speed <= 0 or line_speed <= 0 or inside < 0:
         return math.nan, math.nan
-    back = (height - surface_px[0]) / speed
-    return float(time[0] - back), float(abs(back) / 4.0 + surface_px[1] / speed)
+    back = 2.0 * height / (speed + math.sqrt(inside))
+    doubt = 0.5 * abs(back - line_height / line_speed)
+    return float(time[0] - back), math.hypot(doubt, surface_px[1] / speed)
 
 
 @compiled

@@ -9,7 +9,7 @@ import numpy as np
 
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.errors import FrameUnreadableError
-from wentry_cli.imaging.background import Background, cut_patch
+from wentry_cli.imaging.background import Background, coarse_transmission
 from wentry_cli.imaging.detection import Candidate, find_spheres
 from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.source import Frames
@@ -28,7 +28,7 @@ def detect(frames: Frames, index: int, ground: Background, radius_range: Range) 
         raw = frames.read(index)
     except FrameUnreadableError:
         return []
-    return find_spheres(cut_patch(raw, 0, 0, ground).values, radius_range=radius_range)
+    return find_spheres(*coarse_transmission(raw, ground), radius_range=radius_range)
 
 
 def find_seed(

@@ -11,10 +11,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from wentry_cli.contours.ellipse import EllipseShape
+from wentry_cli.contours.ellipse import EllipseShape, SilhouetteFit
 from wentry_cli.imaging.background import Background
 from wentry_cli.tracking.flight import air_plan, both_ways, leaves_frame, margin_of
-from wentry_cli.tracking.follow import Plan, follow
+from wentry_cli.tracking.follow import Plan, Watch, follow
 from wentry_cli.tracking.prediction import Path, box_around
 from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius, merge_media
 from wentry_cli.tracking.shape_check import NO_CHECK, ShapeCheck, check_shape, corrected_radius
@@ -26,6 +26,9 @@ SHALLOWEST = 0.10
 PILOT_FRAMES = 24
 FREE_EVERY = 6
 UNKNOWN_SEPARATION = 0.3
+LEAST_OBLATE = 0.05
+WORST_TILT = 2.0
+SMALLEST_TILT = 0.3
 HIGHEST_SEPARATION = -0.5
 DEEPEST_SEPARATION = 0.6
 
@@ -109,6 +112,29 @@ def _until_contact(plan: Plan, scene: SideScene) -> Plan:
     return watched
 
 
+class Tilt:
+    """The tilt of the ellipse in degrees, pooled over the fits that left it free; 0 until it is significant."""
+
+    def __init__(self) -> None:
+        """Start upright."""
+        self.weight = self.total = 0.0
+
+    def add(self, fit: SilhouetteFit | None) -> None:
+        """Take another fit into account, if it tells a tilt."""
+        if fit is not None and math.isfinite(fit.tilt_unc_deg) and fit.tilt_unc_deg < WORST_TILT:
+            weight = 1.0 / math.hypot(fit.tilt_unc_deg, 0.1) ** 2
+            self.weight += weight
+            self.total += weight * fit.tilt_deg
+
+    @property
+    def value(self) -> float:
+        """The tilt to hold."""
+        if self.weight == 0.0:
+            return 0.0
+        tilt = self.total / self.weight
+        return tilt if abs(tilt) > max(SMALLEST_TILT, 4.0 / math.sqrt(self.weight)) else 0.0
+
+
 class WetPlan:
     """How to look at the sphere below the surface.
 
@@ -125,6 +151,7 @@ class WetPlan:
         self.pilot: list[Sighting] = []
         self.sees_enough = False
         self.separation = math.nan
+        self.tilt = Tilt()
 
     def learn(self, sighting: Sighting) -> None:
         """Take what the next frame's look depends on from a measured frame."""
@@ -132,6 +159,7 @@ class WetPlan:
         if fit is None or not sighting.ok:
             return
         self.sees_enough = tells_radius(fit)
+        self.tilt.add(sighting.free_fit)
         if not self.known and sighting.free_fit is not None:
             self.pilot.append(replace(sighting, wet=True))
         line = sighting.separation
@@ -148,19 +176,23 @@ class WetPlan:
         """Decide on one frame."""
         if guess.bottom_y < self.scene.ceiling_px + SHALLOWEST * guess.radius:
             return "short_arc"
-        if guess.y > self.frame_shape[0] or leaves_frame(guess, self.frame_shape):
+        if guess.bottom_y > self.frame_shape[0] - 2 or leaves_frame(guess, self.frame_shape):
             return "out_of_frame"
-        free = "x y" + (" R" if self.sees_enough and not self.known else "")
+        piloting = self.sees_enough and not self.known
+        free = "x y" + (" R" if piloting else "") + (" stretch" if self.scene.deformable else "")
+        if piloting and self.scene.deformable and abs(guess.stretch - 1.0) > LEAST_OBLATE:
+            free += " tilt"
         box = box_around(guess, margin_of(guess.radius))
         exposure = self.scene.exposure_frames
         return Look(
             (box[0], max(box[1], self.scene.ceiling_px), box[2], box[3]),
-            free + (" stretch" if self.scene.deformable else ""),
+            free,
             self.top_row(guess),
             (velocity[0] * exposure, velocity[1] * exposure),
             self.scene.level,
             separation=True,
             also_free=self.again and self.known and index % FREE_EVERY == 0,
+            tilt_deg=self.tilt.value,
         )
 
 
@@ -184,10 +216,21 @@ class WetTracker:
                 self.plan.known = True
                 path.radius = self._radius(self.plan.pilot).value
 
-        seen = follow(self.frames, self.ground, path, order, self.plan, learn=learn, wet=True)
+        watch = Watch(learn, self._reachable, wet=True)
+        seen = follow(self.frames, self.ground, path, order, self.plan, watch)
         seen = [replace(item, wet=True) for item in seen]
         water = self.scene.radius_water if self.scene.radius_water.known else self._radius(seen)
         return seen, water, self.check
+
+    def _reachable(self, sighting: Sighting) -> bool:
+        """Whether the bottom lies no deeper than a fall without water would have brought it."""
+        good = [item.fit for item in self.dry if item.ok and item.fit is not None]
+        frames = [item.frame for item in self.dry if item.ok]
+        if len(good) < 2 or sighting.fit is None:
+            return True
+        speed = (good[-1].bottom_y_px - good[0].bottom_y_px) / (frames[-1] - frames[0])
+        falls = speed * (sighting.frame - frames[-1])
+        return sighting.fit.bottom_y_px < good[-1].bottom_y_px + 1.1 * falls + 3.0
 
     def _radius(self, seen: list[Sighting]) -> PooledRadius:
         pooled = pool_sightings(seen, wet=True)
@@ -210,12 +253,13 @@ class WetTracker:
             return constrain(seen, water, wet=True)
         path = Path(water.value, stiff=not self.scene.deformable)
         plan = WetPlan(self.scene, self.frames.shape, known=True)
+        plan.tilt = self.plan.tilt
         for item in reversed(constrain(after, water, wet=True)):
             if item.fit is not None:
                 path.add(item.frame, item.fit.shape)
             plan.learn(item)
         order = [item.frame for item in reversed(seen[:start])]
-        again = follow(self.frames, self.ground, path, order, plan, learn=plan.learn)
+        again = follow(self.frames, self.ground, path, order, plan, Watch(plan.learn, self._reachable))
         reached = {item.frame: replace(item, wet=True) for item in again}
         early = [reached.get(item.frame, Sighting(item.frame, "poor_fit", wet=True)) for item in seen[:start]]
         return constrain([*early, *seen[start:]], water, wet=True)

@@ -18,6 +18,8 @@ from wentry_cli.imaging.patch import Patch
 from wentry_cli.tracking.prediction import usable
 from wentry_cli.tracking.source import Frames, read_patch
 
+LARGEST_MISFIT = 0.03
+
 Box = tuple[float, float, float, float]
 
 
@@ -28,7 +30,8 @@ class Look:
     ``box`` is what is read (left, top, right, bottom), ``free`` the parameters to fit, ``top_y_px`` the row above
     which the outline is not the sphere's, ``motion_px`` the displacement during the exposure. ``outline`` is ellipse
     or circle (``one_sided``: what disagrees lies outside); ``bottom`` and ``separation`` say what else is measured,
-    ``also_free`` that a second fit leaves the radius free.
+    ``also_free`` that a second fit leaves radius and tilt free. ``tilt_deg`` is the tilt
+    to start from or to hold; None keeps that of the prediction.
     """
 
     box: Box
@@ -41,6 +44,7 @@ class Look:
     separation: bool = False
     one_sided: bool = False
     also_free: bool = False
+    tilt_deg: float | None = None
 
 
 @dataclass(frozen=True)
@@ -92,13 +96,19 @@ def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighti
     if look.outline == "circle":
         return Sighting(index, "ok", fit, free_fit=fit, circle=True)
     bottom = fit_local_bottom(patch, fit, motion_px=look.motion_px) if look.bottom else None
+    if bottom is not None and not abs(bottom.y_px - fit.bottom_y_px) < 1.5 + LARGEST_MISFIT * fit.radius_px:
+        bottom = replace(bottom, status="poor_fit")
     separation = find_separation(patch, fit) if look.separation else None
     line = (look.top_y_px - fit.center_y_px) * fit.stretch**2 / fit.radius_px
     free = fit if " R" in look.free else None
     if look.also_free and free is None:
-        free = _fit_ellipse(patch, fit.shape, replace(look, free=look.free.replace("x y", "x y R")))
+        free = _fit_ellipse(patch, fit.shape, replace(look, free=_with_size(look.free)))
         free = free if usable(free) else None
     return Sighting(index, "ok", fit, bottom, separation, free_fit=free, line=line)
+
+
+def _with_size(free: str) -> str:
+    return free.replace("x y", "x y R") + (" tilt" if "stretch" in free and "tilt" not in free else "")
 
 
 def _fit_ellipse(patch: Patch, guess: EllipseShape, look: Look) -> SilhouetteFit:

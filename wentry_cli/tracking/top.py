@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.imaging.background import Background
 from wentry_cli.tracking.flight import leaves_frame, margin_of
-from wentry_cli.tracking.follow import Plan, follow
+from wentry_cli.tracking.follow import Plan, Watch, follow
 from wentry_cli.tracking.impact import weighted_line
 from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.sighting import Look, Sighting
@@ -32,9 +32,9 @@ def track_top(
     plan = _circle_plan(frames.shape, level, exposure_frames)
     start = seed.frames[0]
     forward = replace(seed)
-    seen = follow(frames, ground, forward, range(start, frames.count), plan, patience=HIDDEN_AFTER)
+    seen = follow(frames, ground, forward, range(start, frames.count), plan, Watch(patience=HIDDEN_AFTER))
     backward = seed.turned()
-    before = follow(frames, ground, backward, range(start - 1, -1, -1), plan, patience=HIDDEN_AFTER)
+    before = follow(frames, ground, backward, range(start - 1, -1, -1), plan, Watch(patience=HIDDEN_AFTER))
     return _without_strays([*reversed(before), *_hidden_at_the_end(seen)])
 
 

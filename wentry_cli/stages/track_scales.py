@@ -1,0 +1,93 @@
+"""Scales of the side view in px/m, from what the user gave and what the radii say, and the uncertainty of a height."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.imaging.background import Background
+from wentry_cli.imaging.free_surface import SurfaceRow
+from wentry_cli.tracking.scale import NO_RADIUS, PixelMap, PooledRadius, scale_from_radius
+
+if TYPE_CHECKING:
+    from wentry_cli.config.campaign import Drop
+
+CLIPPED_EDGE = 0.0045
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Scales in px/m with standard uncertainties, in air and through the water, and where they came from."""
+
+    air: float
+    air_unc: float
+    water: float
+    water_unc: float
+    source: str
+
+
+NO_SCALES = Scales(math.nan, math.nan, math.nan, math.nan, "unknown")
+
+
+def given_radii(drop: Drop) -> tuple[PooledRadius, PooledRadius]:
+    """Radii in px, in air and below the surface, from scales that the user gave; unknown where they are ``auto``."""
+    view, sphere = drop.view("side"), drop.experiment.sphere
+
+    def radius(scale: float | str) -> PooledRadius:
+        if isinstance(scale, str):
+            return NO_RADIUS
+        unc = math.hypot(view.scale_px_per_m_unc / scale, sphere.diameter_m_unc / sphere.diameter_m)
+        value = scale * sphere.radius_m
+        return PooledRadius(value, value * unc, 0, 0.0)
+
+    return radius(view.scale_pair.air), radius(view.scale_pair.water)
+
+
+def find_scales(drop: Drop, air: PooledRadius, water: PooledRadius, ground: Background) -> Scales:
+    """Scales from the radii: a number of the user wins, else the diameter, else the size below the surface.
+
+    Where the light is clipped by the sensor the level of the edge is not known, and with it .45 % of the diameter.
+    """
+    sphere, pair = drop.experiment.sphere, drop.view("side").scale_pair
+    clipped = CLIPPED_EDGE if math.isfinite(ground.ceiling) else 0.0
+    seen_air = air if air.known else water
+    seen_water = water if water.known else air
+    values = []
+    for given, radius in ((pair.air, seen_air), (pair.water, seen_water)):
+        if given != "auto":
+            values.append((float(given), drop.view("side").scale_px_per_m_unc))
+            continue
+        scale, unc = scale_from_radius(radius, sphere.diameter_m, sphere.diameter_m_unc)
+        values.append((scale, math.hypot(unc, clipped * scale)))
+    air_source = "given" if pair.air != "auto" else ("diameter" if air.known else "wet_ellipse")
+    wet_source = "given" if pair.water != "auto" else ("wet_ellipse" if water.known else "diameter")
+    return Scales(*values[0], *values[1], f"air {air_source}, water {wet_source}")
+
+
+def pixel_map(drop: Drop, scales: Scales, zero_px: float, middle_px: tuple[float, float]) -> PixelMap:
+    """The map to metres of the side view; the optical axis is given or in the middle of the camera's image."""
+    axis = drop.view("side").optical_axis_y_px
+    axis_y = middle_px[1] if axis == "auto" else float(axis)
+    return PixelMap(scales.air, scales.water, zero_px, middle_px[0], axis_y)
+
+
+def height_unc(
+    bottom: tuple[NDArray[np.float64], NDArray[np.float64]], scales: Scales, surface: SurfaceRow, axis_px: float
+) -> NDArray[np.float64]:
+    """Uncertainty of a height in m: that of the row, of the surface, and of the scales (see ``pixel_to_metre``).
+
+    A scale that both media share stretches the distance from the surface; two scales stretch those from the axis.
+    """
+    row = bottom[0]
+    wet = row > surface.y_px
+    scale = np.where(wet, scales.water, scales.air)
+    by_air, by_water = scales.air_unc / scales.air**2, scales.water_unc / scales.water**2
+    by_scale = (row - surface.y_px) * by_air
+    if scales.air != scales.water:
+        through_wall = np.hypot((surface.y_px - axis_px) * by_air, (row - axis_px) * by_water)
+        by_scale = np.where(wet, through_wall, by_scale)
+    return np.asarray(np.sqrt((bottom[1] ** 2 + surface.unc_px**2) / scale**2 + by_scale**2))
