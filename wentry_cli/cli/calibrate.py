@@ -23,7 +23,9 @@ def impact(results: Path, only: tuple[str, ...], quiet: bool) -> None:
 
     campaign = commands.processed(results, only)
     with commands.locked(results):
-        calibrate.calibrate_impact(results, campaign.drops)
+        warnings = calibrate.calibrate_impact(results, campaign.drops)
+    for sentence in warnings:
+        click.echo(f"warning: {sentence}", err=True)
     if not quiet:
         click.echo(f"{results / 'materials.csv'}; next: wentry fit {results}", err=True)
 
