@@ -57,6 +57,21 @@ def test_velocity_from_bottom_and_stretch() -> None:
     assert np.all(np.abs((motion.velocity - motion.bottom_velocity)[dry]) < 4e-3)
 
 
+def test_an_error_of_shape_that_varies_slowly_is_in_the_error_bar() -> None:
+    """λ is wrong by as much as it says, but smoothly: the scatter does not show it, the uncertainty does."""
+    truth = fall("soft")
+    y_b, stretch, _ = entry(0, 1e-4)
+    after = np.maximum(truth.t, 0)
+    wrong = stretch - 0.01 * np.sin(2 * np.pi * after / 0.03)
+    known = (y_b, np.full(y_b.size, 2.5e-5)), (wrong, np.full(y_b.size, 7e-3)), R
+    blind, honest = (
+        solve_entry_motion(truth.t, *known, ballistic=Ballistic(-G, 0.1), slow_s=slow) for slow in (np.inf, 0.015)
+    )
+    pulls = [rms(((m.velocity - truth.v) / m.velocity_unc)[truth.inside]) for m in (blind, honest)]
+    assert pulls[0] > 5.0
+    assert pulls[1] < 3.3
+
+
 def test_a_gap_in_the_stretch_stays_a_gap() -> None:
     truth = fall("soft")
     y_b, stretch, unc = entry(0)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.kinematics.centre import centre_height
+from wentry_cli.kinematics.outliers import scatter_ratio
 from wentry_cli.kinematics.smoother import Mode, SmoothTrack, smooth_track
 from wentry_cli.kinematics.state_pass import Ballistic
 
@@ -15,6 +17,7 @@ Array = NDArray[np.float64]
 AIR_DENSITY = 1.2
 SPHERE_DRAG = 0.5
 STILL = 0.003
+LEAST_SCATTER = 0.01
 
 
 @dataclass(frozen=True)
@@ -48,11 +51,16 @@ def solve_entry_motion(
     *,
     ballistic: Ballistic,
     mode: Mode = "impact_aware",
+    slow_s: float = math.inf,
 ) -> EntryMotion:
     """Smooth y_b and y_c = y_b + R/λ² of a sphere that meets the surface at time 0.
 
     ``bottom`` and ``stretch`` are values and standard uncertainties, (n,) each, NaN where not measured (a rigid sphere:
     ones and zeros). Before impact a stretch that agrees with 1 is taken as 1 (see ``stretch_in_air``).
+
+    Positions may scatter less than their uncertainties say: the rest is an error that varies slowly (a shape that is no
+    ellipse, a scale) and that no smoothing sees. It is taken to turn round within ``slow_s`` and widens the error bars
+    of velocity and acceleration by itself over ``slow_s`` and its square.
     """
     times = np.asarray(times_s, dtype=float)
     rigid = bool(np.all(stretch[1] == 0.0))
@@ -60,27 +68,49 @@ def solve_entry_motion(
     height, height_unc = centre_height(*bottom, *resting, radius_m)
     # the impact stops the bottom of a soft sphere at once, its centre only by and by
     stopped = replace(ballistic, velocity_jump=0.0 if rigid else _speed(times, bottom[0]))
+    pairs = (bottom, (height, height_unc))
+    random = [_random_part(times, *pair) for pair in pairs]
     tracks = [
-        smooth_track(times, y, u, events_s=(0.0,), mode=mode, ballistic=known)
-        for y, u, known in ((*bottom, stopped), (height, height_unc, ballistic))
+        smooth_track(times, pair[0], u, events_s=(0.0,), mode=mode, ballistic=known)
+        for pair, u, known in zip(pairs, random, (stopped, ballistic), strict=True)
     ]
     low, middle = (track.frames for track in tracks)
     seen, known = np.isfinite(bottom[0]), np.isfinite(height)
+    hidden = [_hidden_part(times, pair[1], u, track) for pair, u, track in zip(pairs, random, tracks, strict=True)]
     return EntryMotion(
         bottom_m=bottom[0],
         bottom_unc_m=bottom[1],
         centre_m=height,
         centre_unc_m=height_unc,
         bottom_velocity=np.where(seen, low.velocity, np.nan),
-        bottom_velocity_unc=np.where(seen, low.velocity_unc, np.nan),
+        bottom_velocity_unc=np.where(seen, np.hypot(low.velocity_unc, hidden[0] / slow_s), np.nan),
         velocity=np.where(known, middle.velocity, np.nan),
-        velocity_unc=np.where(known, middle.velocity_unc, np.nan),
+        velocity_unc=np.where(known, np.hypot(middle.velocity_unc, hidden[1] / slow_s), np.nan),
         acceleration=np.where(known, middle.acceleration, np.nan),
-        acceleration_unc=np.where(known, middle.acceleration_unc, np.nan),
+        acceleration_unc=np.where(known, np.hypot(middle.acceleration_unc, hidden[1] / slow_s**2), np.nan),
         outlier=known & ~tracks[1].used & np.isfinite(middle.velocity),
         bottom=tracks[0],
         centre=tracks[1],
     )
+
+
+def _random_part(times: Array, position: Array, unc: Array) -> Array:
+    """The uncertainties scaled to the scatter from frame to frame, in air and in water apart."""
+    out = np.array(unc, dtype=float)
+    ratios = [scatter_ratio(times[part], position[part], unc[part]) for part in (times < 0.0, times >= 0.0)]
+    for part, ratio in zip((times < 0.0, times >= 0.0), ratios, strict=True):
+        known = ratio if math.isfinite(ratio) else next((r for r in ratios if math.isfinite(r)), 1.0)
+        out[part] *= max(known, LEAST_SCATTER)
+    return out
+
+
+def _hidden_part(times: Array, unc: Array, random: Array, track: SmoothTrack) -> Array:
+    """What of the uncertainty the scatter does not show; in air, where one line passes all frames, its median."""
+    if track.status != "ok":
+        return unc
+    hidden = np.sqrt(np.maximum(unc**2 - (random * track.noise_scale) ** 2, 0.0))
+    dry = (times < 0.0) & np.isfinite(hidden)
+    return np.where(dry, np.median(hidden[dry]), hidden) if dry.any() else hidden
 
 
 def _speed(times: Array, height: Array) -> float:

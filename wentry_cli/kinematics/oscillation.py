@@ -1,10 +1,11 @@
 """Peaks, valleys and periods of the stretch λ(t) of a sphere that rings after an impact.
 
 λ(t) is smoothed by the state-space spline (an event at impact), so that every extremum is a root of λ̇ with the
-uncertainty u(λ̇)/|λ̈| and every crossing a root of λ − mean with u(λ)/|λ̇|. The slowly varying mean is the line through
-the geometric means over whole cycles, peak to peak and valley to valley. For a free neo-Hookean sphere that mean is 1
-within .008 up to peaks of 1.5, so that the crossing lies within .3 % of a period of that of 1; the plain mean is 1.044
-there, the middle of the envelopes 1.11.
+uncertainty u(λ̇)/|λ̈| and every crossing a root of λ − mean with u(λ)/|λ̇|. The slowly varying mean is the stretch at
+rest about which the sphere rings, from three extrema in a row: in the amplitude s = ±√(2λ² + λ⁻⁴ − 3), the root of
+the stored energy, a swing that loses the same share each time is m + A, m − Aρ, m + Aρ², so that
+m = (s₁s₃ − s₂²)/(s₁ + s₃ − 2s₂) (Aitken). The three begin with the valley before the crossing, where the swings are
+small. Averages over a cycle lie too high: by .04 for a free neo-Hookean sphere with peaks of 1.5, more with damping.
 """
 
 from __future__ import annotations
@@ -153,13 +154,12 @@ def _swing(a: Extremum, b: Extremum, minimum_swing: float) -> float:
 def _periods(track: SmoothTrack, extrema: tuple[Extremum, ...]) -> tuple[Period, ...]:
     peaks = [e for e in extrema if e.peak]
     valleys = [e for e in extrema if not e.peak]
-    mean = _mean_line(track, extrema)
     periods = []
     start = 0.0
     for i, peak in enumerate(peaks):
         valley = valleys[i] if i < len(valleys) else None
         following = peaks[i + 1] if i + 1 < len(peaks) else None
-        end, end_unc, status = _end(track, valley, following, mean)
+        end, end_unc, status = _end(track, valley, following, _rest(extrema, valley) if valley else 1.0)
         between = following.time_s - peak.time_s if following else NO_TIME
         between_unc = float(np.hypot(following.time_unc_s, peak.time_unc_s)) if following else NO_TIME
         periods.append(Period(i + 1, start, end, end_unc, peak, valley, between, between_unc, status))
@@ -167,28 +167,38 @@ def _periods(track: SmoothTrack, extrema: tuple[Extremum, ...]) -> tuple[Period,
     return tuple(periods)
 
 
-def _mean_line(track: SmoothTrack, extrema: tuple[Extremum, ...]) -> tuple[Array, Array]:
-    """Geometric mean of λ over each cycle between like extrema, at the middle of the cycle; 1 without a cycle."""
-    middles, means = [], []
-    for first, last in zip(extrema[:-2], extrema[2:], strict=True):
-        times = np.linspace(first.time_s, last.time_s, 65)
-        logs = np.log(np.maximum(track.evaluate(times).position, 0.05))
-        middles.append(0.5 * (first.time_s + last.time_s))
-        means.append(float(np.exp(np.trapezoid(logs, times) / (last.time_s - first.time_s))))
-    if not middles:
-        return np.array([0.0]), np.array([1.0])
-    return np.array(middles), np.array(means)
+def _amplitude(stretch: float) -> float:
+    return float(np.copysign(np.sqrt(max(2.0 * stretch**2 + stretch**-4 - 3.0, 0.0)), stretch - 1.0))
+
+
+def _stretch_of(amplitude: float) -> float:
+    """Invert ``_amplitude`` by bisection; it is monotonic."""
+    low, high = 0.2, 5.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _amplitude(middle) < amplitude else (low, middle)
+    return 0.5 * (low + high)
+
+
+def _rest(extrema: tuple[Extremum, ...], valley: Extremum) -> float:
+    """Stretch about which the sphere rings after ``valley``; 1 where there are not three extrema to tell."""
+    i = extrema.index(valley)
+    three = extrema[i : i + 3] if i + 3 <= len(extrema) else extrema[max(len(extrema) - 3, 0) :]
+    if len(three) < 3:
+        return 1.0
+    first, second, third = (_amplitude(e.stretch) for e in three)
+    return _stretch_of((first * third - second**2) / (first + third - 2.0 * second))
 
 
 def _end(
-    track: SmoothTrack, valley: Extremum | None, following: Extremum | None, mean: tuple[Array, Array]
+    track: SmoothTrack, valley: Extremum | None, following: Extremum | None, mean: float
 ) -> tuple[float, float, str]:
     """The upward crossing after ``valley``: its time, standard uncertainty and status."""
     if valley is None:
         return NO_TIME, NO_TIME, "clip_ended"
     last = following.time_s if following else float(track.frames.times_s[-1])
     times = np.linspace(valley.time_s, last, 129)
-    above = track.evaluate(times).position - np.interp(times, *mean)
+    above = track.evaluate(times).position - mean
     rising = np.flatnonzero((above[:-1] < 0.0) & (above[1:] >= 0.0))
     if rising.size:
         i = int(rising[0])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -53,6 +55,20 @@ def _neighbour_score(t: Array, y: Array, variance: Array) -> Array:
     spread = np.sqrt(variance[middle])
     score[middle] = (y[middle] - predicted) / (spread / np.median(spread))
     return score
+
+
+def scatter_ratio(times: Array, position: Array, unc: Array) -> float:
+    """Return the scatter from frame to frame over the stated uncertainty; NaN with fewer than nine measured frames.
+
+    The scatter is that about the cubic through four neighbours, which leaves (1 + 34/36) times the variance of a frame
+    where frames are evenly spaced; what varies slowly drops out.
+    """
+    good = np.isfinite(position) & np.isfinite(unc) & (unc > 0)
+    if good.sum() < 9:
+        return float("nan")
+    score = _neighbour_score(times[good], position[good], unc[good] ** 2)[2:-2]
+    typical = float(np.median(unc[good][2:-2]))
+    return MAD_TO_SD * float(np.median(np.abs(score))) / (math.sqrt(70.0 / 36.0) * typical)
 
 
 def late_suspects(

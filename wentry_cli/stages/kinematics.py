@@ -121,6 +121,7 @@ def entry_motion(
         drop.experiment.sphere.radius_m,
         ballistic=_fall(side, first_row(folder, "geometry", view="side"), drop),
         mode=drop.experiment.analysis.smoother,
+        slow_s=_slow(folder, side, drop),
     )
 
 
@@ -169,6 +170,18 @@ def _fall(side: pd.DataFrame, geometry: dict[str, Any], drop: Drop) -> Ballistic
         experiment.sphere.density or NOMINAL_DENSITY,
         position_jump_m=jump,
     )
+
+
+def _slow(folder: Path, side: pd.DataFrame, drop: Drop) -> float:
+    """How slowly errors of shape and scale vary: half a free period, else the time to fall a diameter."""
+    if drop.experiment.deformable and has_table(folder, "periods"):
+        period = first_known(column(read_table(folder, "periods"), "peak_to_peak_s"))
+        if math.isfinite(period):
+            return 0.5 * period
+    times, heights = column(side, "t_s"), column(side, "y_b_m")
+    known = np.isfinite(heights)
+    speed = float(np.ptp(heights[known]) / np.ptp(times[known])) if known.sum() > 1 else 0.0
+    return drop.experiment.sphere.diameter_m / speed if speed > 0.0 else math.inf
 
 
 def _early_until(folder: Path, drop: Drop) -> float:
