@@ -97,3 +97,15 @@ def arc_geometry(shape: Floats, phi: Floats) -> Floats:
         after = phi[k + 1] if k + 1 < count else phi[0] + 2.0 * math.pi
         rows[k, LENGTH] = speed * 0.5 * (after - before)
     return rows
+
+
+@compiled
+def farthest(rows: Floats, moved: Floats) -> float:
+    """Greatest displacement of the outline under a parameter step, px."""
+    far = 0.0
+    for k in range(rows.shape[0]):
+        displacement = 0.0
+        for i in range(5):
+            displacement += rows[k, J + i] * moved[i]
+        far = max(far, abs(displacement))
+    return far

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.contours.arc import J, quadrant_table, sector_angles, semi_axes
+from wentry_cli.contours.arc import J, farthest, quadrant_table, sector_angles, semi_axes
 from wentry_cli.contours.ellipse import SilhouetteFit
 from wentry_cli.contours.likelihood import COUNT
 from wentry_cli.contours.refine import (
@@ -17,7 +17,6 @@ from wentry_cli.contours.refine import (
     SECTOR_ANGLE,
     SECTOR_PX,
     Band,
-    farthest,
     first_belief,
     gather_band,
     invert_block,

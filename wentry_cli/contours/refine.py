@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.contours.arc import LENGTH, J, arc_geometry, quadrant_table, sector_angles, semi_axes
+from wentry_cli.contours.arc import LENGTH, J, arc_geometry, farthest, quadrant_table, sector_angles, semi_axes
 from wentry_cli.contours.band import collect_band
 from wentry_cli.contours.discrepancy import add_discrepancy, pull_of_sectors
 from wentry_cli.contours.likelihood import (
@@ -192,18 +192,6 @@ def solve_band(band: Band, belief: Belief, free: Ints, patience: int) -> tuple[F
         if (turn > patience and change < SETTLED_PX) or change > 2.0:
             break
     return moved, normal, sums, verdict
-
-
-@compiled
-def farthest(rows: Floats, moved: Floats) -> float:
-    """Greatest displacement of the outline under a parameter step, px."""
-    far = 0.0
-    for k in range(rows.shape[0]):
-        displacement = 0.0
-        for i in range(5):
-            displacement += rows[k, J + i] * moved[i]
-        far = max(far, abs(displacement))
-    return far
 
 
 @compiled

@@ -17,6 +17,7 @@ from wentry_cli.contours.arc import (
     X,
     Y,
     arc_geometry,
+    farthest,
     quadrant_table,
     sector_angles,
     semi_axes,
@@ -34,6 +35,8 @@ LINE_VARIANCE = 2.0 / 3.0
 LEAST_SCALE_PX = 0.008
 # Neighbouring rays of the fine scan, three lines wide, see the same pixels where they are closer than this.
 RAY_WIDTH_PX = 3.5
+# The second scan is left out where the first moved the outline by less, and nearly all rays agreed.
+SETTLED_PX = 1.0
 # Rays farther off than this count as outliers, by scan; the last never less than what a real sphere departs.
 LIMITS_PX = (1.2, 0.7, 0.6)
 DEPARTURE = 0.006
@@ -234,7 +237,7 @@ def scan_shape(
     """Find the ellipse from a guess, which is moved in place (patch pixels, tilt in radians).
 
     ``search`` holds the half-length of the first scan (px), 1 where outliers lie outside only, the number of
-    rays of the last scan, the variance of the blur along the edge (px^2) the number of scans (2 or 3, the third
+    rays of the last scan, the variance of the blur along the edge (px^2), the number of scans (2 or 3, the third
     is fine) and the motion (x, y), px. Returns the covariance of the free parameters and
     (status, share of the perimeter that is visible, share of rays left out, scale of the residual in px, contrast,
     share below the top row); status 0 is good, 1 no edge, 2 no consensus.
@@ -246,7 +249,10 @@ def scan_shape(
     settings = np.empty(3)
     halves = (search[0], 6.0, 4.0)
     report[0] = 1.0
+    settled = False
     for turn in range(int(search[4])):
+        if turn == 1 and settled:
+            continue
         fine = turn == 2
         wanted = int(search[2]) if fine else 48
         rays, report[5], report[1] = visible_rays(shape, top_y, wanted, values.shape)
@@ -272,6 +278,7 @@ def scan_shape(
             report[0] = 2.0
             return covariance, report
         clamp_step(shape, step)
+        settled = turn == 0 and share > 0.9 and farthest(rays, step) < SETTLED_PX
     report[0] = 0.0
     spacing = 0.0
     for k in range(rays.shape[0]):
