@@ -24,6 +24,9 @@ MOST_GATED = 0.75
 MOST_GATED_ONE_SIDED = 0.6
 MOST_RESIDUAL_PX = 1.0
 MOST_CLIPPED = 0.95
+# With half of the outline hidden, the rest must agree with itself to this: else nobody knows which half is right.
+HALF_GATED = 0.5
+MOST_RESIDUAL_GATED_PX = 0.12
 
 
 @dataclass(frozen=True)
@@ -128,6 +131,8 @@ def fit_status(covariance: NDArray[np.float64], quality: dict[str, float], reque
     """``ok`` only where the outline agrees with itself."""
     if not np.all(np.isfinite(covariance)) or quality["residual"] > MOST_RESIDUAL_PX:
         return "poor_fit"
+    if quality["gated"] > HALF_GATED and quality["residual"] > MOST_RESIDUAL_GATED_PX:
+        return "occluded"
     if quality["gated"] > (MOST_GATED_ONE_SIDED if request.one_sided else MOST_GATED):
         return "occluded"
     return "ok"

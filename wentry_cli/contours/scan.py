@@ -37,6 +37,7 @@ LEAST_SCALE_PX = 0.008
 RAY_WIDTH_PX = 3.5
 # The second scan is left out where the first moved the outline by less, and nearly all rays agreed.
 SETTLED_PX = 1.0
+OCCLUDED_SHARE = 0.15
 # Rays farther off than this count as outliers, by scan; the last never less than what a real sphere departs.
 LIMITS_PX = (1.2, 0.7, 0.6)
 DEPARTURE = 0.006
@@ -237,8 +238,8 @@ def scan_shape(
     """Find the ellipse from a guess, which is moved in place (patch pixels, tilt in radians).
 
     ``search`` holds the half-length of the first scan (px), 1 where outliers lie outside only, the number of
-    rays of the last scan, the variance of the blur along the edge (px^2), the number of scans (2 or 3, the third
-    is fine) and the motion (x, y), px. Returns the covariance of the free parameters and
+    rays of the last scan, the variance of the blur along the edge (px^2), the number of scans (3, or 2
+    where the third and fine one is only for outlines that are partly hidden) and the motion (x, y), px. Returns the covariance of the free parameters and
     (status, share of the perimeter that is visible, share of rays left out, scale of the residual in px, contrast,
     share below the top row); status 0 is good, 1 no edge, 2 no consensus.
     """
@@ -250,9 +251,11 @@ def scan_shape(
     halves = (search[0], 6.0, 4.0)
     report[0] = 1.0
     settled = False
-    for turn in range(int(search[4])):
+    for turn in range(3):
         if turn == 1 and settled:
             continue
+        if turn == 2 and search[4] < 3.0 and report[2] < OCCLUDED_SHARE:
+            break
         fine = turn == 2
         wanted = int(search[2]) if fine else 48
         rays, report[5], report[1] = visible_rays(shape, top_y, wanted, values.shape)
