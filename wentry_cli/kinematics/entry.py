@@ -18,6 +18,7 @@ AIR_DENSITY = 1.2
 SPHERE_DRAG = 0.5
 STILL = 0.003
 LEAST_SCATTER = 0.01
+CLEARLY = 3.0  # neighbours share their noise: forty frames know their scatter to a factor of two only
 
 
 @dataclass(frozen=True)
@@ -95,13 +96,13 @@ def solve_entry_motion(
 
 
 def _random_part(times: Array, position: Array, unc: Array) -> Array:
-    """The uncertainties scaled to the scatter from frame to frame, in air and in water apart."""
-    out = np.array(unc, dtype=float)
-    ratios = [scatter_ratio(times[part], position[part], unc[part]) for part in (times < 0.0, times >= 0.0)]
-    for part, ratio in zip((times < 0.0, times >= 0.0), ratios, strict=True):
-        known = ratio if math.isfinite(ratio) else next((r for r in ratios if math.isfinite(r)), 1.0)
-        out[part] *= max(known, LEAST_SCATTER)
-    return out
+    """The uncertainties scaled to the scatter from frame to frame, in air and in water apart if clearly different."""
+    parts = (times < 0.0, times >= 0.0)
+    ratios = np.array([scatter_ratio(times[part], position[part], unc[part]) for part in parts])
+    common = scatter_ratio(times, position, unc)
+    if not np.all(np.isfinite(ratios)) or 1.0 / CLEARLY < ratios[0] / ratios[1] < CLEARLY:
+        ratios = np.full(2, common if math.isfinite(common) else 1.0)
+    return np.where(parts[0], *(max(float(r), LEAST_SCATTER) for r in ratios)) * unc
 
 
 def _hidden_part(times: Array, unc: Array, random: Array, track: SmoothTrack) -> Array:

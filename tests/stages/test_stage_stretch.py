@@ -1,0 +1,95 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from drop_fixtures import Known, make_drop, motion, write_events, write_views
+
+from wentry_cli.stages import stretch
+from wentry_cli.tables import new_table, read_table, write_table
+
+
+def write_top(folder: Path, known: Known, *, late: float = 0.0, until: float = 0.03) -> None:
+    n = known.t.size
+    random = np.random.default_rng(9)
+    seen = np.interp(known.t + late, known.t, known.stretch) + 0.002 * random.normal(size=n)
+    seen[known.t > until] = np.nan
+    top = {
+        "frame": np.arange(n),
+        "t_s": known.t,
+        "stretch": seen,
+        "stretch_unc": np.where(np.isfinite(seen), 0.002, np.nan),
+        "status": np.where(np.isfinite(seen), "ok", "occluded"),
+    }
+    write_table(folder, "top", new_table("top", top))
+
+
+def test_both_views_become_one(tmp_path: Path) -> None:
+    known = motion()
+    write_views(tmp_path, known)
+    write_top(tmp_path, known)
+    write_events(tmp_path)
+    stretch.run(tmp_path, make_drop())
+    table = read_table(tmp_path, "stretch")
+    early = table["t_s"] < 0.03
+    assert set(table.loc[early, "source"]) == {"both"}
+    assert set(table.loc[~early, "source"]) == {"side"}
+    error = table["stretch"].to_numpy(float) - known.stretch
+    assert np.sqrt(np.mean(error[early.to_numpy(bool)] ** 2)) < 0.0012
+    assert table["stretch_top"].isna().sum() == (~early).sum()
+    periods = read_table(tmp_path, "periods")
+    assert list(periods["period"]) == list(range(1, len(periods) + 1))
+    assert periods["t_end_s"][0] == pytest.approx(known.period, abs=4e-4)
+    assert periods["peak_to_peak_s"][0] == pytest.approx(known.period, abs=2e-4)
+    assert periods["status"].iloc[0] == "ok"
+    assert periods["status"].iloc[-1] == "clip_ended"
+    assert np.isnan(periods["t_end_s"].iloc[-1])
+
+
+def test_the_clocks_are_brought_together(tmp_path: Path) -> None:
+    known = motion()
+    write_views(tmp_path, known)
+    write_top(tmp_path, known, late=6e-4)
+    write_events(tmp_path)
+    stretch.run(tmp_path, make_drop())
+    table = read_table(tmp_path, "stretch")
+    together = (table["source"] == "both").to_numpy(bool)
+    apart = (table["stretch_top"] - table["stretch_side"]).to_numpy(float)[together]
+    assert together.sum() > 90
+    assert np.sqrt(np.mean(apart**2)) < 0.004
+
+
+def test_gaps_and_bad_fits_stay_empty(tmp_path: Path) -> None:
+    known = motion()
+    write_views(tmp_path, known)
+    side = read_table(tmp_path, "side")
+    side.loc[100:105, ["stretch", "stretch_unc"]] = np.nan
+    side.loc[110:112, "status"] = "poor_fit"
+    write_table(tmp_path, "side", side)
+    stretch.run(tmp_path, make_drop())
+    table = read_table(tmp_path, "stretch")
+    assert table["stretch"].isna().sum() == 9
+    assert table["source"].isna().sum() == 9
+    assert len(table) == known.t.size
+
+
+def test_the_top_view_alone(tmp_path: Path) -> None:
+    known = motion()
+    write_top(tmp_path, known, until=1.0)
+    stretch.run(tmp_path, make_drop(views={"top": {"source": "top", "fps": 2000.0}}))
+    assert set(read_table(tmp_path, "stretch")["source"]) == {"top"}
+    assert len(read_table(tmp_path, "periods")) >= 4
+
+
+def test_nothing_that_rings(tmp_path: Path) -> None:
+    write_views(tmp_path, motion(amplitude=0.0))
+    stretch.run(tmp_path, make_drop())
+    periods = read_table(tmp_path, "periods")
+    assert list(periods["status"]) == ["too_few"]
+    assert periods["stretch_peak"].isna().all()
+
+
+def test_nothing_that_was_tracked(tmp_path: Path) -> None:
+    stretch.run(tmp_path, make_drop())
+    assert not list(tmp_path.iterdir())
