@@ -11,6 +11,7 @@ from wentry_cli.synthetic.course import Course
 from wentry_cli.synthetic.ring_cavity import find_contact
 
 Floats = NDArray[np.float64]
+JET_ROOT = 1.13
 
 
 @dataclass(frozen=True)
@@ -35,11 +36,11 @@ def find_crown(course: Course, t: float, wall: Floats) -> Crown:
     slowing = 2.0 * diameter / speed
     height = physics.crown_speed * speed * slowing * (1.0 - np.exp(-t / slowing)) - 0.25 * physics.gravity_m_s2 * t * t
     height = max(float(height), 0.2 * diameter if t > course.dome_over_s else 0.0)
-    contact_depth, contact_radius = find_contact(course.motion, physics, np.array([t]))
     known = wall[np.isfinite(wall)]
-    # While the contact line lies in the surface the crown stands on it; later on the first rings of the cavity.
-    mouth = float(known[: max(1, known.size // 50)].max()) if known.size and contact_depth[0] > 0.0 else 0.0
-    mouth = max(mouth, float(contact_radius[0]) if contact_depth[0] < 0.1 * course.motion.radius_m else 0.0)
+    mouth = float(known[: max(1, known.size // 50)].max()) if known.size else 0.0
+    # The root of the jet stands off the sphere: the water piles up outside the widest contact there has been.
+    depth, radius = find_contact(course.motion, physics, np.linspace(0.0, t, 64))
+    mouth = max(mouth, JET_ROOT * float(radius[depth < 0.6 * course.motion.radius_m].max(initial=0.0)))
     share = min(t / course.dome_over_s, 1.0)
     rim = (mouth + physics.crown_lean * height) * max(1.0 - share**4, 0.0)
     return Crown(mouth, height, rim)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -38,32 +40,45 @@ def _ragged(course: Course, t: float, amount: float) -> Floats:
     return r
 
 
-def _draw_crown(course: Course, t: float, scale: float) -> list[Floats | None]:
-    """Outer edge of the crown and its opening (None once it has domed over)."""
-    wall = course.cavity.wall(t) if course.cavity is not None else np.empty(0)
-    crown = find_crown(course, t, wall)
-    if crown.rim_height_m == 0.0:
-        return []
-    amount = 0.012 + 0.05 * course.scene.switches.ragged_crown
-    ragged = _ragged(course, t, amount)
-    outer = max(crown.mouth_m, crown.rim_radius_m) + 0.18 * course.motion.radius_m
-    opening = min(crown.mouth_m, crown.rim_radius_m)
-    opening = max(opening, 0.0) if crown.rim_radius_m > crown.mouth_m else crown.rim_radius_m
-    shapes: list[Floats | None] = [_circle(outer * scale, ragged)]
-    shapes.append(_circle(opening * scale, ragged) if opening * scale > 0.5 else None)
-    return shapes
+@dataclass(frozen=True)
+class SplashRing:
+    """The crown from above, in metres: opening, outer edge, how ragged, and whether it still lies behind the sphere."""
+
+    opening_m: float
+    outer_m: float
+    ragged: float
+    behind: bool
 
 
-def find_opening(course: Course, t: float) -> float:
-    """Radius of the hole in the crown through which the camera sees the sphere, m; inf where there is no crown."""
+def find_splash_ring(course: Course, t: float) -> SplashRing | None:
+    """The ring at ``t``; None before impact. Its opening is 0 once it has domed over."""
     if course.cavity is None or t <= 0.0:
-        return float("inf")
-    if float(find_contact(course.motion, course.scene.physics, np.array([t]))[0][0]) <= 0.0:
-        return float("inf")
+        return None
     crown = find_crown(course, t, course.cavity.wall(t))
     if crown.rim_height_m == 0.0:
-        return float("inf") if t < course.dome_over_s else 0.0
-    return min(crown.mouth_m, crown.rim_radius_m)
+        return None
+    # Until the equator has passed the surface the crown stands below the sphere's edge and is hidden by it.
+    behind = float(find_contact(course.motion, course.scene.physics, np.array([t]))[0][0]) <= 0.0
+    outer = max(crown.mouth_m, crown.rim_radius_m) + 0.18 * course.motion.radius_m
+    ragged = 0.012 + 0.05 * course.scene.switches.ragged_crown
+    return SplashRing(min(crown.mouth_m, crown.rim_radius_m), outer, ragged, behind)
+
+
+def shows_circle(course: Course, t: float) -> bool:
+    """Whether the top view shows the whole edge of the sphere: in the frame, clear of the ring, seen through it."""
+    camera = course.scene.top
+    assert camera is not None
+    magnification = find_magnification(course, float(course.motion.center(t)[0]))
+    radius = float(course.motion.stretch(t)[0]) * course.motion.radius_m * magnification
+    if radius * camera.scale_px_per_m > 0.5 * min(camera.width, camera.height) - 3.0:
+        return False
+    ring = find_splash_ring(course, t)
+    if ring is None:
+        return True
+    margin = 3.0 / camera.scale_px_per_m
+    if ring.behind:
+        return ring.outer_m * (1.0 + 2.0 * ring.ragged) + margin < radius
+    return ring.opening_m * (1.0 - 2.0 * ring.ragged) - margin > radius
 
 
 def draw_top_instant(course: Course, t: float) -> list[Polygon]:
@@ -79,12 +94,12 @@ def draw_top_instant(course: Course, t: float) -> list[Polygon]:
     drift = np.array([scene.switches.drift_m_s * t * camera.scale_px_per_m * magnification, 0.0])
     radius = stretch * motion.radius_m * camera.scale_px_per_m * magnification
     polygons = [Polygon(_circle(radius) + middle + drift, camera.lamp.dark, 1)]
-    shapes = _draw_crown(course, t, camera.scale_px_per_m) if t > 0.0 else []
-    if shapes:
-        outer, opening = shapes
-        assert outer is not None
-        ring = outer if opening is None else np.concatenate([outer, outer[:1], opening[:1], opening[::-1]])
-        # Until the equator has passed the surface the crown stands below the sphere's edge and is hidden by it.
-        behind = float(find_contact(motion, scene.physics, np.array([t]))[0][0]) <= 0.0
-        polygons.append(Polygon(ring + middle, 0.3, 0 if behind else 2))
+    ring = find_splash_ring(course, t)
+    if ring is not None:
+        edge = _ragged(course, t, ring.ragged)
+        outline = _circle(ring.outer_m * camera.scale_px_per_m, edge)
+        if ring.opening_m * camera.scale_px_per_m > 0.5:
+            hole = _circle(ring.opening_m * camera.scale_px_per_m, edge)
+            outline = np.concatenate([outline, outline[:1], hole[:1], hole[::-1]])
+        polygons.append(Polygon(outline + middle, 0.3, 0 if ring.behind else 2))
     return polygons

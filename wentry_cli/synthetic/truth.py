@@ -17,7 +17,7 @@ from wentry_cli.synthetic.course import Course
 from wentry_cli.synthetic.outline import measure_outline
 from wentry_cli.synthetic.ring_cavity import find_contact
 from wentry_cli.synthetic.side_view import Instant, find_film, see_instant
-from wentry_cli.synthetic.top_view import find_magnification, find_opening
+from wentry_cli.synthetic.top_view import find_magnification, shows_circle
 
 Floats = NDArray[np.float64]
 LEAST_ARC = 0.2
@@ -45,7 +45,7 @@ def is_measurable(course: Course, now: Instant, separation_m: float) -> bool:
     """Whether the side view shows the sphere: all of it before impact, at least a fifth of its outline after."""
     camera = course.scene.side
     if camera is None:
-        return shows_top(course, now.t)
+        return shows_circle(course, now.t)
     view = place_side(course.scene)
     shown = now.outline
     if np.isfinite(separation_m):
@@ -56,16 +56,6 @@ def is_measurable(course: Course, now: Instant, separation_m: float) -> bool:
     inside = (pixels[:, 0] > 2.0) & (pixels[:, 0] < camera.width - 3.0)
     inside &= (pixels[:, 1] > 2.0) & (pixels[:, 1] < camera.height - 3.0)
     return bool(inside.all())
-
-
-def shows_top(course: Course, t: float) -> bool:
-    """Whether the top view shows the whole circle: inside the frame and inside the opening of the crown."""
-    camera = course.scene.top
-    assert camera is not None
-    magnification = find_magnification(course, float(course.motion.center(t)[0]))
-    radius = float(course.motion.stretch(t)[0]) * course.motion.radius_m * magnification
-    inside = radius * camera.scale_px_per_m < 0.5 * min(camera.width, camera.height) - 3.0
-    return bool(inside and find_opening(course, t) * 0.97 > radius)
 
 
 def tabulate_side(course: Course, times: Floats) -> list[dict[str, Any]]:
@@ -100,7 +90,7 @@ def tabulate_top(course: Course, times: Floats) -> list[dict[str, Any]]:
         rows.append({
             "frame": k, "time_s": float(t - times[0]), "t_s": float(t), "stretch": stretch,
             "radius_px": apparent, "magnification": magnification,
-            "measurable": int(k >= camera.empty_frames and shows_top(course, float(t))),
+            "measurable": int(k >= camera.empty_frames and shows_circle(course, float(t))),
         })  # fmt: skip
     return rows
 
