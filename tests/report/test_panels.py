@@ -36,6 +36,12 @@ def panels(campaign: Campaign) -> list[Panel]:
     return [panel for panel in campaign_panels(campaign) + drop_panels(campaign) if isinstance(panel, Panel)]
 
 
+@pytest.fixture(scope="module")
+def figures(panels: list[Panel]) -> list[tuple[Panel, Figure]]:
+    with styled():
+        return [(panel, draw_panel(panel)) for panel in panels]
+
+
 def _drawn_points(figure: Figure) -> np.ndarray:
     points = []
     for ax in figure.axes:
@@ -47,11 +53,10 @@ def _drawn_points(figure: Figure) -> np.ndarray:
     return np.vstack(points)
 
 
-def test_drawn_numbers_stand_in_the_table_behind(panels: list[Panel]) -> None:
-    assert len(panels) > 20
-    for panel in panels:
-        with styled():
-            drawn = _drawn_points(draw_panel(panel))
+def test_drawn_numbers_stand_in_the_table_behind(figures: list[tuple[Panel, Figure]]) -> None:
+    assert len(figures) > 20
+    for panel, figure in figures:
+        drawn = _drawn_points(figure)
         known = panel.data.select_dtypes("number").to_numpy(float).ravel()
         known = np.unique(np.append(known[np.isfinite(known)], [0.0, 1.0, 0.2]))
         values = drawn[np.isfinite(drawn)]
@@ -63,11 +68,9 @@ def test_drawn_numbers_stand_in_the_table_behind(panels: list[Panel]) -> None:
         assert wrong.mean() <= (0.01 if panel.key in spare else 0.0), panel.stem
 
 
-def test_no_text_overlaps_another_in_a_panel(panels: list[Panel]) -> None:
-    for panel in panels:
+def test_no_text_overlaps_another_in_a_panel(figures: list[tuple[Panel, Figure]]) -> None:
+    for panel, figure in figures:
         with styled():
-            figure = draw_panel(panel)
-            figure.draw_without_rendering()
             for ax in figure.axes:
                 for axis in (ax.xaxis, ax.yaxis):
                     boxes = [label.get_window_extent() for label in axis.get_ticklabels() if label.get_visible()]
@@ -196,6 +199,7 @@ def test_softer_is_lighter_and_rigid_is_blue() -> None:
         (math.nan, 1.0, "–"),
         (-0.5, 0.0, "-0.5"),
         (74690.0, math.nan, "74690"),
+        (1.1854, 257.2, "1.185 ± 260"),
     ],
 )
 def test_numbers_are_written_as_far_as_they_are_known(value: float, unc: float, text: str) -> None:

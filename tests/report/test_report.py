@@ -63,7 +63,7 @@ def make(tmp_path: Path, drops: tuple[Made, ...], filmed: int = 0) -> Path:
 @pytest.fixture(scope="module")
 def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
     drops = tuple(CAMPAIGN[place] for place in (1, 0, 5, 6, 8))
-    return make(tmp_path_factory.mktemp("report"), drops, filmed=60)
+    return make(tmp_path_factory.mktemp("report"), drops, filmed=36)
 
 
 def test_page_is_one_file_that_fetches_nothing(campaign: Path) -> None:
@@ -125,7 +125,7 @@ def test_same_results_give_the_same_bytes(tmp_path: Path) -> None:
     drops = (CAMPAIGN[0],)
     digests = []
     for part in ("one", "two"):
-        results = make(tmp_path / part, drops, filmed=30)
+        results = make(tmp_path / part, drops, filmed=12)
         files = [results / "report.html", results / "report.pdf", *sorted((results / "figures").iterdir())]
         digests.append({path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files})
     assert digests[0] == digests[1]

@@ -1,4 +1,4 @@
-"""Figures 11 and 12b: what the material's parameters come from."""
+"""Figure 12b, and why 11 is not drawn: what the material's parameters come from."""
 
 from __future__ import annotations
 
@@ -8,16 +8,14 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import FigureBase
 
-from wentry_cli.report.campaign import Campaign, DropResults, as_number, as_text
+from wentry_cli.report.campaign import Campaign, DropResults
 from wentry_cli.report.curves import measured
 from wentry_cli.report.names import file_stem
 from wentry_cli.report.oscillation_panels import measured_stretch, model_stretch
 from wentry_cli.report.panel import NotDrawn, Panel
-from wentry_cli.report.style import BLACK, BLUE, GREY, WIDE_SIZE, plain
+from wentry_cli.report.style import GREY, WIDE_SIZE, plain
 
 IMPACT_TITLE = "Impact on a rigid surface"
-COMPRESSION_TITLE = "Quasi-static compression"
-COMPRESSION_COLUMNS = ["displacement_m", "force_n"]
 
 
 def surface_impacts(campaign: Campaign) -> list[Panel | NotDrawn]:
@@ -72,29 +70,8 @@ def _draw_impacts(figure: FigureBase, data: pd.DataFrame) -> None:
     ax.legend(loc="upper right")
 
 
-def compression(campaign: Campaign) -> list[Panel | NotDrawn]:
-    """Panel 11: force against displacement over D with the neo-Hookean curve, for each compressed sphere."""
-    table = campaign.compression
-    if table.empty:
-        return [NotDrawn("11", COMPRESSION_TITLE, "the results hold no compression test (compression.csv)")]
-    panels: list[Panel | NotDrawn] = [
-        _compression_panel(as_text(name), rows) for name, rows in table.groupby("material", sort=True)
-    ]
-    return panels or [NotDrawn("11", COMPRESSION_TITLE, "the compression test names no material")]
-
-
-def _compression_panel(material: str, rows: pd.DataFrame) -> Panel:
-    diameter = as_number(rows["diameter_m"].iloc[0])
-    data = pd.DataFrame({"displacement_over_d": rows["displacement_m"] / diameter})
-    data = data.assign(force_n=rows["force_n"], force_model_n=rows["force_model_n"]).reset_index(drop=True)
-
-    def draw(figure: FigureBase) -> None:
-        ax = figure.subplots()
-        ax.plot(data["displacement_over_d"], data["force_n"], color=BLUE, linestyle=(0, (3, 1.5)), label="measured")
-        ax.plot(data["displacement_over_d"], data["force_model_n"], color=BLACK, label="neo-Hookean fit")
-        ax.set(xlabel="$d/D$", ylabel="$F$ (N)", xlim=(0, None), ylim=(0, None))
-        ax.legend(loc="upper left")
-
-    value, unc = (as_number(rows[name].iloc[0]) for name in ("g_inf_pa", "g_inf_pa_unc"))
-    caption = f"Compression of {material} between plates: G∞ = {value / 1e3:.3f} ± {unc / 1e3:.3f} kPa."
-    return Panel("11", f"fig_11_{file_stem(material)}", f"{COMPRESSION_TITLE}, {material}", caption, data, draw)
+def compression(campaign: Campaign) -> NotDrawn:
+    """Panel 11, which needs the force–displacement curve: the results keep its G∞ alone, so the reason is returned."""
+    tested = bool((campaign.materials["source"] == "compression").any())
+    kept = "the results keep G∞ of the compression test (see Materials), not its curve"
+    return NotDrawn("11", "Quasi-static compression", kept if tested else "no compression test was made")

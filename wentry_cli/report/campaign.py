@@ -79,7 +79,6 @@ class Campaign:
     materials: pd.DataFrame
     table_1: pd.DataFrame
     run: Mapping[str, Any] = field(default_factory=dict)
-    compression: pd.DataFrame = field(default_factory=pd.DataFrame)
     problems: tuple[str, ...] = ()
 
     def relation(self, name: str) -> dict[str, Any]:
@@ -133,10 +132,19 @@ def _read_drop(folder: Path, name: str, row: dict[Any, Any] | None) -> DropResul
     own = tables.get("summary")
     if row is None and own is not None and not own.empty:
         row = dict(own.iloc[0])
-    summary = {str(key): value for key, value in (row or {}).items()}
     experiment = read_json(folder / "drop.json").get("experiment")
     configuration = experiment if isinstance(experiment, dict) else {}
+    summary = _configured(configuration) if row is None else {str(key): value for key, value in row.items()}
     return DropResults(name, summary, tables, tuple(problems), configuration, read_json(folder / "stages.json"))
+
+
+def _configured(configuration: Mapping[str, Any]) -> dict[str, Any]:
+    """What is known of a drop without a summary: what its configuration says."""
+    sphere = configuration.get("sphere")
+    sphere = sphere if isinstance(sphere, Mapping) else {}
+    rigid = "true" if sphere.get("material") == "rigid" else "false"
+    known = {"kind": configuration.get("kind"), "condition": configuration.get("condition"), "rigid": rigid}
+    return known | {"diameter_m": sphere.get("diameter_m"), "sphere_id": sphere.get("id")}
 
 
 def _read(folder: Path, name: str, problems: list[str]) -> pd.DataFrame:

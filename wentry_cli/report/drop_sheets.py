@@ -40,13 +40,20 @@ def _sheet(drop: DropResults) -> Panel | NotDrawn:
     data = pd.concat([table.assign(part=name) for name, (table, _) in parts.items()], ignore_index=True)
     moments = [drop.number("t_p_s")] if math.isfinite(drop.number("t_p_s")) else []
     drawers = {name: drawer for name, (_, drawer) in parts.items()}
-    caption = (
-        "Height of the lowest point, the centre of mass and the separation line; stretch; velocity and acceleration "
-        "of the "
-        "centre of mass with their standard uncertainty (band). Black: from the measured stretch; orange: the "
-        "paper's route, "
-        "from the time-scaled model. Dotted: pinch-off."
-    )
+    words = {
+        "position": "height of the lowest point, the separation line and the centre of mass",
+        "stretch": "stretch, measured and by the model",
+        "velocity": "velocity of the centre of mass",
+        "acceleration": "its acceleration",
+    }
+    shown = "; ".join(words[name] for name in parts)
+    caption = shown[0].upper() + shown[1:] + "."
+    if "velocity" in parts:
+        caption += " Bands: standard uncertainty."
+    if not drop.table("kinematics_model").empty:
+        caption += " Black: from the measured stretch; orange: the paper's route, from the time-scaled model."
+    if moments:
+        caption += " Dotted: pinch-off."
     draw = partial(_draw_sheet, data=data, drawers=drawers, moments=[1e3 * t for t in moments])
     size = (7.2, 2.5 * math.ceil(len(parts) / _columns(len(parts))))
     return Panel("sheet", f"drop_{file_stem(drop.name)}", title, caption, data, draw, size, drop.name)

@@ -51,7 +51,7 @@ def bottom_position(campaign: Campaign) -> Panel | NotDrawn:
 
     caption = (
         f"Lowest point y_b of drop {drop.name} over the diameter D against time over the time of pinch-off t_p = "
-        f"{1e3 * t_p:.1f} ms. Bars: standard uncertainty. Vertical lines: the frames of the drop's film strip."
+        f"{1e3 * t_p:.1f} ms. Bars: standard uncertainty. Vertical lines: the frames of the film strip, side view."
     )
     return Panel("3c", "fig_3c_bottom_position", title, caption, data, draw, drop=drop.name)
 
@@ -93,7 +93,7 @@ def stretch_in_time(campaign: Campaign) -> Panel | NotDrawn:
     caption = (
         f"Principal stretch λ of drop {drop.name}, from the top view before the splash domes over and from the side "
         "view "
-        "after it. Bars: standard uncertainty. Vertical lines: the frames of the drop's film strip."
+        "after it. Bars: standard uncertainty. Vertical lines: the frames of the film strip, side view."
     )
     return Panel("3d", "fig_3d_stretch", title, caption, data, draw, drop=drop.name)
 

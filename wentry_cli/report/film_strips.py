@@ -65,7 +65,7 @@ def _panel(drop: DropResults, view: str, shots: list[Shot], region: Region) -> P
         for shot in shots
     ]
     data = pd.DataFrame.from_records(records)
-    height = WIDTH_IN / len(shots) * (region[3] - region[1]) / (region[2] - region[0]) + 0.36
+    height = 0.95 * WIDTH_IN / len(shots) * (region[3] - region[1]) / (region[2] - region[0]) + 0.3
     scale = pixels_per_metre(drop, view)
     draw = partial(_draw_strip, shots=shots, region=region, view=view, scale=scale)
     what = {

@@ -87,8 +87,10 @@ def clear_limits(ax: Axes, x: Iterable[float], y: Iterable[float], pad: float = 
             setter(low - room, high + room)
 
 
-def plain_decades(axis: Axis, subs: tuple[float, ...]) -> None:
-    """Label a logarithmic axis with plain numbers at ``subs`` times powers of ten."""
+def plain_decades(axis: Axis) -> None:
+    """Label a logarithmic axis with plain numbers: powers of ten, and 2 and 5 times them where there are few."""
+    low, high = axis.get_view_interval()
+    subs = (1.0,) if high / low > 300.0 else (1.0, 2.0, 5.0)
     axis.set_major_locator(LogLocator(base=10.0, subs=subs))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())

@@ -21,9 +21,12 @@ class Moment:
     label: str
 
 
-def telling_moments(drop: DropResults, count: int = STRIP_LENGTH) -> list[Moment]:
-    """Choose about ``count`` moments of what was measured: what happens first, then the middle of the widest gaps."""
-    start, stop = measured_span(drop)
+def telling_moments(drop: DropResults, view: str = "side", count: int = STRIP_LENGTH) -> list[Moment]:
+    """Choose ``count`` moments of what was measured in ``view``: what happens first, then the middle of wide gaps.
+
+    Where there is no side view, the top view serves.
+    """
+    start, stop = measured_span(drop, view)
     if not start < stop:
         return []
     span = stop - start
@@ -42,10 +45,9 @@ def telling_moments(drop: DropResults, count: int = STRIP_LENGTH) -> list[Moment
     return sorted(chosen, key=lambda moment: moment.t_s)
 
 
-def measured_span(drop: DropResults) -> tuple[float, float]:
+def measured_span(drop: DropResults, view: str = "side") -> tuple[float, float]:
     """First and last time worth showing: from half a diameter before impact to a little after pinch-off."""
-    view = "top" if drop.table("side").empty else "side"
-    table = drop.table(view)
+    table = drop.table("top" if drop.table("side").empty else view)
     times = table.loc[table["status"] == "ok", "t_s"].map(as_number).dropna().to_numpy(dtype=float)
     if times.size == 0:
         return 0.0, 0.0

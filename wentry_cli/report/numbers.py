@@ -17,8 +17,8 @@ def with_uncertainty(value: float, uncertainty: float = math.nan, digits: int = 
     if not (math.isfinite(uncertainty) and uncertainty > 0):
         return _short(value, digits)
     places = 1 - math.floor(math.log10(float(f"{uncertainty:.1e}")))
-    if not -3 <= places <= 9:
-        return f"{value:.{digits}g} ± {uncertainty:.2g}"
+    if not -3 <= places <= 9 or uncertainty > abs(value) > 0:
+        return f"{value:.{digits}g} ± {_short(float(f'{uncertainty:.1e}'), 2)}"
     if places < 0:
         return f"{round(value, places):.0f} ± {round(uncertainty, places):.0f}"
     return f"{value:.{places}f} ± {uncertainty:.{places}f}"

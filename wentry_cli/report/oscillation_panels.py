@@ -164,7 +164,7 @@ def stretch_peaks(campaign: Campaign) -> Panel | NotDrawn:
         ax.axhline(1.0, color=GREY, linewidth=0.6, zorder=0)
         ax.set(xlabel=r"$G_\infty/\rho_w U_0^2$", ylabel=r"$\lambda_{pN}$")
         clear_limits(ax, data["stiffness_ratio"], [1.0, *data["stretch_peak"]])
-        plain_decades(ax.xaxis, (1.0,))
+        plain_decades(ax.xaxis)
         ax.legend(handles=_peak_legend(data), loc="upper right", ncols=2, columnspacing=1.0)
 
     caption = (

@@ -55,6 +55,7 @@ def write_page(content: Content) -> str:
         ],
         missing=content.missing,
         drop_table=tabulation.drop_table(campaign),
+        entry_table=tabulation.entry_table(campaign),
         regressions=tabulation.regression_table(campaign),
         calibrated=tabulation.material_table(campaign.materials),
         table_1=tabulation.material_table(campaign.table_1),

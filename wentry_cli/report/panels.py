@@ -29,7 +29,7 @@ def campaign_panels(campaign: Campaign) -> Made:
         *velocity_panels(campaign),
         velocity_change(campaign),
         force_coefficients(campaign),
-        *compression(campaign),
+        compression(campaign),
         *surface_impacts(campaign),
     ]
 

@@ -59,6 +59,7 @@ def _lines(content: Content) -> Iterator[Line]:
     yield _text(f"wentry {version} report, {headline(campaign)}".replace("  ", " "), 9.0)
     for title, table in (
         ("Drops: value ± standard uncertainty (k = 1); a dash is not measured", tabulation.drop_table(campaign)),
+        ("Pinch-off and loss of velocity", tabulation.entry_table(campaign)),
         ("Regressions", tabulation.regression_table(campaign)),
         ("Materials, calibrated", tabulation.material_table(campaign.materials)),
         ("Materials, used by the model", tabulation.material_table(campaign.table_1)),

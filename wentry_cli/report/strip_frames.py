@@ -16,8 +16,8 @@ from wentry_cli.frames.reader import Recording, Region
 from wentry_cli.report.campaign import DropResults, as_number
 from wentry_cli.report.moments import Moment, telling_moments
 
-WIDEST_PX = 240  # of one image of a strip
-GREYS = 64  # levels kept: enough to look at, half the size in the file
+WIDEST_PX = 200  # of one image of a strip
+GREYS = 48  # levels kept: enough to look at, half the size in the file
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Shot:
 def read_shots(drop: DropResults, view: str, recording: Recording) -> tuple[list[Shot], Region]:
     """Read the telling frames of ``view``, cut to the region where things happen, with that region in full pixels."""
     table = drop.table(view)
-    chosen = _chosen_rows(drop, table)
+    chosen = _chosen_rows(table, telling_moments(drop, view))
     region = _region(drop, view, recording)
     found: list[tuple[NDArray[Any], dict[str, Any], Moment]] = []
     for moment, row in chosen:
@@ -47,16 +47,20 @@ def read_shots(drop: DropResults, view: str, recording: Recording) -> tuple[list
     return [Shot(_greys(picture, dark, bright), row, moment) for picture, row, moment in found], region
 
 
-def _chosen_rows(drop: DropResults, table: pd.DataFrame) -> list[tuple[Moment, dict[str, Any]]]:
+def _chosen_rows(table: pd.DataFrame, moments: list[Moment]) -> list[tuple[Moment, dict[str, Any]]]:
+    """The row nearest to each moment, a measured one where there is one within two frames."""
     times = pd.to_numeric(table["t_s"], errors="coerce").to_numpy(dtype=float, na_value=np.nan)
     if not np.isfinite(times).any():
         return []
     step = float(np.nanmedian(np.diff(times))) if times.size > 1 else math.inf
     rows = table.to_dict("records")
     chosen: dict[int, tuple[Moment, dict[str, Any]]] = {}
-    for moment in telling_moments(drop):
-        nearest = int(np.nanargmin(np.abs(times - moment.t_s)))
-        if abs(times[nearest] - moment.t_s) <= step and nearest not in chosen:
+    good = (table["status"] == "ok").fillna(False).to_numpy(dtype=bool)
+    for moment in moments:
+        away = np.abs(times - moment.t_s)
+        near = np.where(good & (away <= 2.5 * step), away, away + 10.0 * step)
+        nearest = int(np.nanargmin(near))
+        if away[nearest] <= 2.5 * step and nearest not in chosen:
             chosen[nearest] = (moment, {str(key): value for key, value in rows[nearest].items()})
     return [chosen[place] for place in sorted(chosen)]
 

@@ -37,7 +37,9 @@ def _frames(drop: DropResults) -> str:
     return " / ".join(with_uncertainty(count) for count in counts)
 
 
-DROP_COLUMNS: dict[str, Callable[[DropResults], str]] = {
+Columns = dict[str, Callable[[DropResults], str]]
+
+DROP_COLUMNS: Columns = {
     "drop": lambda drop: drop.name,
     "kind": lambda drop: drop.text("kind").replace("_", " ") + (", rigid" if drop.rigid else ""),
     "D (mm)": _cell("diameter_m", 1e3),
@@ -47,18 +49,28 @@ DROP_COLUMNS: dict[str, Callable[[DropResults], str]] = {
     "G∞/ρ_wU₀²": _cell("stiffness_ratio", digits=3),
     "T (ms)": _cell("period_s", 1e3),
     "λ_p1": _cell("stretch_peak_1"),
-    "t_p (ms)": _cell("t_p_s", 1e3),
-    "seal": _word("seal_type"),
-    "N": _cell("pinch_off_cavity"),
-    "t_pU₀/D": _cell("tp_u0_over_d", digits=3),
-    "t_pU₀/D_eff": _cell("tp_u0_over_deff", digits=3),
-    "ΔU/U₀": _cell("delta_u_over_u0", digits=3),
     "a (m/s²)": _cell("acceleration_m_s2"),
     "frames": _frames,
     "status": lambda drop: drop.text("status") or "no summary",
 }
-WATER_ONLY = {"froude", "t_p_s", "tp_u0_over_d", "tp_u0_over_deff"}
-SOFT_ONLY = {"g_inf_pa", "stiffness_ratio", "period_s", "stretch_peak_1", "pinch_off_cavity", "delta_u_over_u0"}
+ENTRY_COLUMNS: Columns = {
+    "drop": lambda drop: drop.name,
+    "t_p (ms)": _cell("t_p_s", 1e3),
+    "y_p (mm)": _cell("y_p_m", 1e3),
+    "seal": _word("seal_type"),
+    "cavity N": _cell("pinch_off_cavity"),
+    "D_eff (mm)": _cell("diameter_eff_m", 1e3),
+    "t_pU₀/D": _cell("tp_u0_over_d", digits=3),
+    "t_pU₀/D_eff": _cell("tp_u0_over_deff", digits=3),
+    "U₁ (m/s)": _cell("speed_after_period_m_s"),
+    "ΔU/U₀": _cell("delta_u_over_u0", digits=3),
+    "velocity from": _word("velocity_source"),
+}
+WATER_ONLY = {"froude"}
+EFFECTIVE = {"diameter_eff_m", "tp_u0_over_deff"}
+PINCH_OFF = {"t_p_s", "y_p_m", "tp_u0_over_d", "pinch_off_cavity", *EFFECTIVE}
+SOFT_ONLY = {"g_inf_pa", "stiffness_ratio", "period_s", "stretch_peak_1", "pinch_off_cavity", "delta_u_over_u0",
+             "speed_after_period_m_s"}  # fmt: skip
 
 
 def _reason(drop: DropResults, column: str) -> str:
@@ -67,12 +79,12 @@ def _reason(drop: DropResults, column: str) -> str:
         return ""
     if (column in WATER_ONLY and drop.kind != "water_entry") or (column in SOFT_ONLY and drop.rigid):
         return ""
-    if column in {"t_p_s", "tp_u0_over_d", "tp_u0_over_deff", "pinch_off_cavity"}:
+    if column in PINCH_OFF:
         events = drop.table("events")
         found = [as_text(word) for word in events.loc[events["event"] == "pinch_off", "status"]]
         if found and found[0] != "ok":
             return found[0]
-        return drop.seal if column == "tp_u0_over_deff" and drop.seal == "sphere_seal" else drop.text("status")
+        return drop.seal if column in EFFECTIVE and drop.seal == "sphere_seal" else drop.text("status")
     if column in {"period_s", "stretch_peak_1"}:
         words = [as_text(word) for word in drop.table("periods")["status"]]
         return words[0] if words and words[0] != "ok" else drop.text("status")
@@ -80,10 +92,19 @@ def _reason(drop: DropResults, column: str) -> str:
 
 
 def drop_table(campaign: Campaign) -> TextTable:
-    """Key numbers of every drop with their uncertainties; columns that no drop fills are left out."""
-    rows = [tuple(write(drop) for write in DROP_COLUMNS.values()) for drop in campaign.drops]
-    kept = [place for place in range(len(DROP_COLUMNS)) if any(row[place] != DASH for row in rows)]
-    header = tuple(DROP_COLUMNS)
+    """What each drop is and how its sphere oscillates, with uncertainties; columns that no drop fills are left out."""
+    return _filled(DROP_COLUMNS, list(campaign.drops))
+
+
+def entry_table(campaign: Campaign) -> TextTable:
+    """Pinch-off and loss of velocity of each drop that enters water, with uncertainties."""
+    return _filled(ENTRY_COLUMNS, campaign.of("water_entry"))
+
+
+def _filled(columns: Columns, drops: list[DropResults]) -> TextTable:
+    rows = [tuple(write(drop) for write in columns.values()) for drop in drops]
+    kept = [place for place in range(len(columns)) if any(row[place] not in {"", DASH} for row in rows)]
+    header = tuple(columns)
     return TextTable(tuple(header[i] for i in kept), tuple(tuple(row[i] for i in kept) for row in rows))
 
 

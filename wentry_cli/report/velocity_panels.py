@@ -207,8 +207,8 @@ def _draw_change(ax: Axes, data: pd.DataFrame, points: pd.DataFrame) -> None:
     draw_points(ax, points, "stiffness_ratio", "delta_u_over_u0")
     clear_limits(ax, [0.1, 1.0, *points["stiffness_ratio"]], [1.6, *points["delta_u_over_u0"]])
     ax.set(xlabel=r"$G_\infty/\rho_w U_0^2$", ylabel=r"$\Delta U/U_0$")
-    plain_decades(ax.xaxis, (1.0,))
-    plain_decades(ax.yaxis, (1.0, 2.0, 5.0))
+    plain_decades(ax.xaxis)
+    plain_decades(ax.yaxis)
     handles = [
         *stiffness_handles(points),
         *size_handles(points),
