@@ -77,7 +77,7 @@ def pull_of_sectors(
 
 
 @compiled
-def wave(rows: Floats, scene: Floats, number: int, sine: bool) -> Floats:
+def wave(rows: Floats, number: int, sine: bool) -> Floats:
     """A wave of unit amplitude round the sphere at each sector, its phase 0 at the bottom."""
     shape = np.empty(rows.shape[0])
     for k in range(rows.shape[0]):
@@ -88,17 +88,20 @@ def wave(rows: Floats, scene: Floats, number: int, sine: bool) -> Floats:
 
 @compiled
 def add_discrepancy(
-    covariance: Floats, factor: Floats, pull: Floats, rows: Floats, verdict: Floats, free: Ints, scene: Floats
+    covariance: Floats, factor: Floats, pull: Floats, rows: Floats, weight: Floats, free: Ints, excess: float
 ) -> float:
-    """Widen ``covariance`` of the free parameters in place; returns the variance of the waves (px^2), 0 where none."""
+    """Widen ``covariance`` of the free parameters in place; returns the variance of the waves (px^2), 0 where none.
+
+    ``factor`` is the Cholesky factor of the normal matrix, ``pull`` the right-hand side per pixel of displacement of
+    each sector, ``weight`` what each counts, and ``excess`` the variance that is not noise (px^2).
+    """
     size = free.size
-    excess = excess_variance(verdict, size)
     if excess == 0.0:
         return 0.0
     steps = np.zeros((2 * len(WAVES), factor.shape[0]))
     remaining = 0.0
     for index in range(2 * len(WAVES)):
-        shape = wave(rows, scene, WAVES[index // 2], index % 2 == 1)
+        shape = wave(rows, WAVES[index // 2], index % 2 == 1)
         for k in range(rows.shape[0]):
             for j in range(factor.shape[0]):
                 steps[index, j] += pull[k, j] * shape[k]
@@ -108,8 +111,8 @@ def add_discrepancy(
             rest = shape[k]
             for j in range(size):
                 rest -= rows[k, J + free[j]] * steps[index, j]
-            squares += verdict[k, WEIGHT] * rest * rest
-            weights += verdict[k, WEIGHT]
+            squares += weight[k] * rest * rest
+            weights += weight[k]
         remaining += squares / weights
     variance = excess / max(remaining, 1e-3)
     for index in range(2 * len(WAVES)):

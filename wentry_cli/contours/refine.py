@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.arc import LENGTH, J, arc_geometry, farthest, quadrant_table, sector_angles, semi_axes
 from wentry_cli.contours.band import collect_band
-from wentry_cli.contours.discrepancy import add_discrepancy, pull_of_sectors
+from wentry_cli.contours.discrepancy import add_discrepancy, excess_variance, pull_of_sectors
 from wentry_cli.contours.likelihood import (
     COUNT,
     STATE,
@@ -235,5 +235,7 @@ def refine_shape(values: NDArray[np.float32], shape: Floats, free: Ints, setting
     report[IN], report[OUT] = belief.nuisance[LEVEL_IN], belief.nuisance[LEVEL_OUT]
     covariance = invert_block(factor, free.size, max(1.0, chi2))
     pull = pull_of_sectors(sums, verdict, band.rows, free, band.scene, belief.spread, factor.shape[0])
-    report[WAVES] = add_discrepancy(covariance, factor, pull, band.rows, verdict, free, band.scene)
+    excess = excess_variance(verdict, free.size)
+    weight = verdict[:, WEIGHT].copy()
+    report[WAVES] = add_discrepancy(covariance, factor, pull, band.rows, weight, free, excess)
     return covariance, report

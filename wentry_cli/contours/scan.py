@@ -23,6 +23,7 @@ from wentry_cli.contours.arc import (
     semi_axes,
 )
 from wentry_cli.contours.normal_equations import factorise, solve, substitute
+from wentry_cli.contours.ray_scatter import TUKEY, scan_covariance
 from wentry_cli.imaging.edges import CANDIDATES, edge_candidates
 from wentry_cli.imaging.order_statistics import quantile_of
 
@@ -30,11 +31,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 HYPOTHESES = 300
-TUKEY = 4.685
 LINE_VARIANCE = 2.0 / 3.0
 LEAST_SCALE_PX = 0.008
-# Neighbouring rays of the fine scan, three lines wide, see the same pixels where they are closer than this.
-RAY_WIDTH_PX = 3.5
 # The second scan is left out where the first moved the outline by less, and nearly all rays agreed.
 SETTLED_PX = 1.0
 OCCLUDED_SHARE = 0.15
@@ -237,11 +235,11 @@ def scan_shape(
 ) -> tuple[Floats, Floats]:
     """Find the ellipse from a guess, which is moved in place (patch pixels, tilt in radians).
 
-    ``search`` holds the half-length of the first scan (px), 1 where outliers lie outside only, the number of
-    rays of the last scan, the variance of the blur along the edge (px^2), the number of scans (3, or 2
-    where the third and fine one is only for outlines that are partly hidden) and the motion (x, y), px. Returns the covariance of the free parameters and
-    (status, share of the perimeter that is visible, share of rays left out, scale of the residual in px, contrast,
-    share below the top row); status 0 is good, 1 no edge, 2 no consensus.
+    ``search`` holds the half-length of the first scan (px), 1 where outliers lie outside only, the number of rays of
+    the last scan, the variance of the blur along the edge (px^2), the number of scans (3, or 2 where the third and
+    fine one is only for outlines that are partly hidden) and the motion (x, y), px. Returns the covariance of the
+    free parameters and (status, share of the perimeter that is visible, share of rays left out, scale of the residual
+    in px, contrast, share below the top row); status 0 is good, 1 no edge, 2 no consensus.
     """
     report = np.zeros(6)
     size = free.size
@@ -283,15 +281,9 @@ def scan_shape(
         clamp_step(shape, step)
         settled = turn == 0 and share > 0.9 and farthest(rays, step) < SETTLED_PX
     report[0] = 0.0
-    spacing = 0.0
     for k in range(rays.shape[0]):
-        spacing += max(0.5, rays[k, COLUMNS - 1]) / rays.shape[0]
-    inflation = report[3] ** 2 * max(1.0, RAY_WIDTH_PX / spacing)
-    unit = np.empty(size)
-    for j in range(size):
-        unit[:] = 0.0
-        unit[j] = 1.0
-        substitute(factor, unit)
-        for i in range(size):
-            covariance[i, j] = unit[i] * inflation
-    return covariance, report
+        target = 0.0
+        for i in range(5):
+            target += rays[k, J + i] * step[i]
+        at[k, 0] = nearest(at[k], settings[0], height[k], target) - target
+    return scan_covariance(at, rays, free, factor, report[3]), report
