@@ -79,6 +79,16 @@ def test_a_rigid_sphere(tmp_path: Path) -> None:
     assert np.allclose(forces["force_coefficient"][late], expected[wet][late], rtol=0.1)
 
 
+def test_a_speed_that_the_height_does_not_explain_is_a_warning(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    known = motion(amplitude=0.0)
+    run(tmp_path / "a", make_drop(material="rigid"), known)
+    assert not caplog.records
+    run(tmp_path / "b", make_drop("high", material="rigid", drop={"height_m": 2.0}), known)
+    assert "high: the impact speed is 5 m/s by measurement and 6.26 m/s by drop" in caplog.text
+
+
 def test_seals(tmp_path: Path) -> None:
     row = run(tmp_path / "a", make_drop(), motion(), value="sphere_seal")
     assert row["seal_type"] == "sphere_seal"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
 
 PEAKS = 5
+CROSS_CHECK = 0.08
+logger = logging.getLogger(__name__)
 
 
 def run(folder: Path, drop: Drop) -> None:
@@ -38,6 +41,7 @@ def run(folder: Path, drop: Drop) -> None:
         row |= _pinch_off(folder, drop, pinch_off, speeds.impact)
         if has_table(folder, "kinematics"):
             write_table(folder, "forces", forces_table(folder, drop, speeds, number(pinch_off, "t_s")))
+    _cross_check(drop.name, speeds.impact, row["speed_from_height_m_s"])
     row["status"] = _status(folder, drop, row, pinch_off)
     write_table(folder, "summary", new_table("summary", {name: [value] for name, value in row.items()}))
 
@@ -48,6 +52,18 @@ def _speeds(folder: Path, drop: Drop) -> Speeds:
     if drop.experiment.kind == "surface_impact":
         return impact_speed_alone(folder, drop)
     return measured_speeds(folder, drop)
+
+
+def _cross_check(name: str, measured: float, expected: float | None) -> None:
+    """Warn where the measured impact speed is not what the height of the drop makes one expect."""
+    if expected is not None and abs(measured / expected - 1.0) > CROSS_CHECK:
+        logger.warning(
+            "%s: the impact speed is %.3g m/s by measurement and %.3g m/s by drop; check fps, scale_px_per_m, "
+            "sphere.diameter_m and drop.height_m",
+            name,
+            measured,
+            expected,
+        )
 
 
 def _description(drop: Drop) -> Row:
