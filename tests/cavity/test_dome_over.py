@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from wentry_cli.cavity.dome_over import disc_level, find_dome_over
+from wentry_cli.cavity.dome_over import disc_level, find_dome_over, find_rim_closure
 
 T = np.arange(40) * 5e-4
 
@@ -48,3 +48,20 @@ def test_disc_level_is_the_mean_inside() -> None:
     image = np.where((x - 20.0) ** 2 + (y - 15.0) ** 2 < 100.0, 7.0, 200.0)
     assert disc_level(image, 20.0, 15.0, 8.0) == pytest.approx(7.0)
     assert np.isnan(disc_level(image, -50.0, 15.0, 8.0))
+
+
+def rim(closure: float, *, broadens: float = 2000.0) -> np.ndarray:
+    left = closure - T
+    opening = 110.0 * np.clip(1.0 - np.maximum(1.0 - left / 0.012, 0.0) ** 4, 0.0, 1.0)
+    return opening + 20.0 + np.maximum(-left - 0.004, 0.0) * broadens
+
+
+def test_rim_in_the_side_view_closes_before_its_tip_broadens() -> None:
+    found = find_rim_closure(T, rim(0.0113))
+    assert found.status == "ok"
+    assert found.t_s == pytest.approx(0.0113, abs=4e-4)
+
+
+def test_a_rim_that_stays_open_or_was_not_seen() -> None:
+    assert find_rim_closure(T, 100.0 - 500.0 * T).status == "clip_ended"
+    assert find_rim_closure(T, np.full(T.size, np.nan)).status == "no_edge"

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 LEAST_CONTRAST = 0.12  # between the sphere and the splash in front of it, as a share of the brighter
-OPEN, CLOSED = 0.85, 0.2  # radius of the opening over that of the disc
-FITTED = (0.12, 0.75)
+OPEN, CLOSED = 0.6, 0.15  # radius of the opening over that of the disc
+FITTED = (0.08, 0.5)
+CLOSED_RIM = 0.3  # of its greatest width: the tip of a dome has some width
 STEADY = 5  # frames of splash alone at the end
 
 
@@ -62,6 +63,23 @@ def find_dome_over(t_s: Floats, level: Floats) -> DomeOver:
     if still_open.size == 0 or closed.size < STEADY or not steady:
         return DomeOver(np.nan, np.nan, "clip_ended")
     return _closure(time, opening, int(still_open[-1]), int(closed[0]))
+
+
+def find_rim_closure(t_s: Floats, width: Floats) -> DomeOver:
+    """Find when the rim of the crown has closed, from its width in the side view (n,), NaN where it was not seen.
+
+    After the closure the dome sinks and its tip broadens again: only what lies between the greatest width and the
+    least counts. The tip itself has some width just below its highest row, which is taken off.
+    """
+    if not np.isfinite(width).any():
+        return DomeOver(np.nan, np.nan, "no_edge")
+    widest = int(np.nanargmax(width))
+    least = float(np.nanmin(width[widest:]))
+    if least > CLOSED_RIM * width[widest]:
+        return DomeOver(np.nan, np.nan, "clip_ended")
+    end = widest + int(np.flatnonzero(width[widest:] <= 1.15 * least)[0]) + STEADY
+    tip = float(np.nanmedian(width[widest:end][-STEADY:]))
+    return find_dome_over(t_s[widest:end], np.maximum(width[widest:end] - tip, 0.0) ** 2)
 
 
 def _closure(time: Floats, opening: Floats, first: int, last: int) -> DomeOver:

@@ -10,18 +10,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wentry_cli.cavity.dome_over import DomeOver, disc_level, find_dome_over
+from wentry_cli.cavity.crown import rim_width
+from wentry_cli.cavity.dome_over import DomeOver, disc_level, find_dome_over, find_rim_closure
 from wentry_cli.cavity.follow import measure_profiles, sphere_outlines
 from wentry_cli.cavity.neck import NeckFollower, NeckTrack, find_necks
 from wentry_cli.cavity.nested import CavityStart, find_cavity_starts, wall_numbers
 from wentry_cli.cavity.profile import CavityProfile, SphereOutline
 from wentry_cli.cavity.seal import EDGE_MODEL_PX, Scene, Seal, find_seal
 from wentry_cli.errors import FrameUnreadableError
+from wentry_cli.imaging.background import Background
 from wentry_cli.progress import tick
-from wentry_cli.stages.clip import flat_field, open_clip
+from wentry_cli.stages.clip import Clip, flat_field, open_clip
 from wentry_cli.stages.track_scales import Scales, pixel_map
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 from wentry_cli.tracking.scale import PixelMap, pixel_to_metre
+from wentry_cli.tracking.source import read_patch
 
 if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
@@ -31,6 +34,7 @@ Floats = NDArray[np.float64]
 ROWS_PER_RADIUS = 20  # cavity.csv keeps every third row of a sphere of 60 px
 DOME_DISC = 0.5  # of the undeformed radius: within the sphere when it is slender
 DOME_FRAMES = 600
+CROWN_REACH, CROWN_FOOT_PX = 4.0, 6.0  # radii about the axis and above the surface; clear of the surface band
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,10 @@ class _SideView:
     def metres(self, x_px: Floats | float, y_px: Floats | float) -> tuple[Floats, Floats]:
         """The one map from pixels to metres."""
         return pixel_to_metre(x_px, y_px, self.pixels)
+
+    def after_impact(self, t_s: float, t_unc_s: float) -> tuple[float, float]:
+        """A time after impact with the uncertainty of the impact in it."""
+        return t_s, float(np.hypot(t_unc_s, np.nan_to_num(self.impact_unc_s)))
 
 
 @dataclass
@@ -108,13 +116,14 @@ def run(folder: Path, drop: Drop) -> None:
                 rows.add(frame, profile, view)
                 follower.add(frame, find_necks(profile.y_px, profile.width_px, edge_unc_px=profile.edge_unc_px))
                 tops[frame] = profile.top_y_px
+        crown = None if has_table(folder, "top") else _crown_closure(clip, ground, view)
     finally:
         clip.close()
     tracks = follower.tracks()
     seal = find_seal(tracks, _scene(view, tops))
     write_table(folder, "cavity", new_table("cavity", rows.table()))
     write_table(folder, "neck", new_table("neck", _neck_columns(tracks, seal, view)))
-    events = _events(view, seal, _dome_over(folder, drop))
+    events = _events(view, seal, crown or _dome_over(folder, drop))
     write_table(folder, "events", new_table("events", {name: [row[name] for row in events] for name in events[0]}))
 
 
@@ -183,8 +192,6 @@ def _neck_row(track: NeckTrack, k: int, number: int, view: _SideView) -> dict[st
 
 def _dome_over(folder: Path, drop: Drop) -> DomeOver:
     """When the crown closes over the sphere, from grey levels of the top view about the last frame that shows it."""
-    if not has_table(folder, "top"):
-        return DomeOver(np.nan, np.nan, "no_object")
     top = read_table(folder, "top")
     shown = np.flatnonzero((top["status"] == "ok").to_numpy() & (top["t_s"] > 0).to_numpy(bool))
     if shown.size == 0:
@@ -198,6 +205,21 @@ def _dome_over(folder: Path, drop: Drop) -> DomeOver:
     frames = range(max(last - 6, 0), min(last + DOME_FRAMES, len(top)))
     levels = _disc_levels(folder, drop, frames, (x, y, radius))
     return find_dome_over(top["t_s"].to_numpy(float)[frames.start : frames.stop], levels)
+
+
+def _crown_closure(clip: Clip, ground: Background, view: _SideView) -> DomeOver:
+    """When the rim of the crown meets on the axis in the side view, once the sphere has left the crown."""
+    surface, reach = view.pixels.surface_y_px, CROWN_REACH * view.radius_px
+    inside = [k for k, item in enumerate(view.spheres) if item is not None and item.top_y_px > surface + 2.0]
+    widths = np.full(view.t_s.size, np.nan)
+    for frame in inside[:DOME_FRAMES]:
+        sphere = view.spheres[frame]
+        assert sphere is not None
+        box = (sphere.x_px - reach, surface - reach, sphere.x_px + reach, surface - CROWN_FOOT_PX)
+        patch = read_patch(clip, frame, ground, box)
+        if not isinstance(patch, str):
+            widths[frame] = rim_width(patch, sphere.x_px)
+    return find_rim_closure(view.t_s, widths)
 
 
 def _disc_levels(folder: Path, drop: Drop, frames: range, disc: tuple[float, float, float]) -> Floats:
@@ -222,20 +244,20 @@ def _events(view: _SideView, seal: Seal, dome: DomeOver) -> list[dict[str, Any]]
     """Rows of events.csv: impact, dome-over, starts of nested cavities before the closure, pinch-off."""
     closed = seal.t_s if seal.status == "ok" else np.inf
     rows = [
-        _event("impact", 1, (0.0, view.impact_unc_s), 0.0),
-        _event("dome_over", 1, (dome.t_s, dome.t_unc_s), np.nan),
+        _event("impact", (1, "ok"), (0.0, view.impact_unc_s), 0.0),
+        _event("dome_over", (1, dome.status), view.after_impact(dome.t_s, dome.t_unc_s), np.nan),
     ]
-    rows[1]["status"] = dome.status
     for index, start in enumerate(start for start in view.starts if start.t_s < closed):
-        rows.append(_event("second_cavity", index + 1, (start.t_s, start.t_unc_s), start.y_m))
-        rows[-1]["status"] = start.status
+        time = view.after_impact(start.t_s, start.t_unc_s)
+        rows.append(_event("second_cavity", (index + 1, start.status), time, start.y_m))
     y_m = float(view.metres(0.0, seal.y_px)[1]) if seal.status == "ok" else np.nan
-    rows.append(_event("pinch_off", 1, (seal.t_s, seal.t_unc_s), y_m))
-    rows[-1] |= {"value": seal.value, "status": seal.status}
+    rows.append(_event("pinch_off", (1, seal.status), view.after_impact(seal.t_s, seal.t_unc_s), y_m))
+    rows[-1]["value"] = seal.value
     return rows
 
 
-def _event(name: str, index: int, time: tuple[float, float], y_m: float) -> dict[str, Any]:
+def _event(name: str, said: tuple[int, str], time: tuple[float, float], y_m: float) -> dict[str, Any]:
+    index, status = said
     return {
-        "event": name, "index": index, "t_s": time[0], "t_s_unc": time[1], "y_m": y_m, "value": "", "status": "ok",
+        "event": name, "index": index, "t_s": time[0], "t_s_unc": time[1], "y_m": y_m, "value": "", "status": status,
     }  # fmt: skip
