@@ -8,10 +8,13 @@ import yaml
 
 from tests.synthetic.drops import make_scene
 from wentry_cli.synthetic.campaign import plan_scene
+from wentry_cli.synthetic.ring_cavity import find_contact
+from wentry_cli.synthetic.side_view import see_instant
 from wentry_cli.synthetic.truth import (
     NECK_COLUMNS,
     TRUTH_COLUMNS,
     find_periods,
+    find_separation,
     summarise_truth,
     tabulate_side,
     tabulate_top,
@@ -103,3 +106,12 @@ def test_top_view_recedes_and_is_hidden_after_dome_over():
     assert early["magnification"] > 1.0 > late["magnification"]
     assert early["measurable"] == 1
     assert over["measurable"] == 0
+
+
+def test_separation_is_where_the_drawn_wall_meets_the_sphere(soft_course):
+    for t in (0.012, 0.04, 0.08):
+        now = see_instant(soft_course, t)
+        separation = find_separation(soft_course, now)
+        contact = float(find_contact(soft_course.motion, soft_course.scene.physics, np.array([t]))[0][0])
+        assert separation == pytest.approx(-contact, abs=1e-9)
+        assert now.depth[-1] == pytest.approx(contact, abs=1e-9)

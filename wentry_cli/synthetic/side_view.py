@@ -13,6 +13,7 @@ from wentry_cli.synthetic.course import Course
 from wentry_cli.synthetic.nuisance import draw_side_nuisance, draw_static
 from wentry_cli.synthetic.outline import draw_sphere_outline, shift_outline
 from wentry_cli.synthetic.raster import Polygon
+from wentry_cli.synthetic.ring_cavity import STEPS_PER_RADIUS, find_contact
 from wentry_cli.synthetic.splash import draw_crown_profile, draw_rim_jets, find_crown
 
 Floats = NDArray[np.float64]
@@ -59,8 +60,14 @@ def see_instant(course: Course, t: float) -> Instant:
         return Instant(t, x, y, stretch, outline, np.empty(0), np.empty(0), np.empty(0))
     wall = course.cavity.wall(t)
     born = np.isfinite(wall)
+    depth, wall = course.cavity.depth[born], wall[born]
     wall_x = switches.drift_m_s * course.cavity.born[born]
-    return Instant(t, x, y, stretch, outline, course.cavity.depth[born], wall[born], wall_x)
+    contact, radius = find_contact(motion, scene.physics, np.array([t]))
+    if depth.size and depth[-1] < contact[0] < depth[-1] + 1.5 * motion.radius_m / STEPS_PER_RADIUS:
+        # the ring that is being laid, between two depths of the grid
+        depth, wall = np.append(depth, contact), np.append(wall, radius)
+        wall_x = np.append(wall_x, x)
+    return Instant(t, x, y, stretch, outline, depth, wall, wall_x)
 
 
 def _mirror(half: Floats, x: Floats | float) -> Floats:

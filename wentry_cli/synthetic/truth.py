@@ -34,7 +34,7 @@ def find_separation(course: Course, now: Instant) -> float:
     across = course.motion.radius_m * now.stretch
     relative = np.clip((-now.depth - now.y_c_m) / along, -1.0, 1.0)
     sphere = across * np.sqrt(1.0 - relative**2)
-    off = (now.wall > sphere * (1.0 + 1e-9)) & (now.depth <= contact)
+    off = (now.wall >= sphere * (1.0 - 1e-6)) & (now.depth <= contact)
     if not off.any():
         top = now.y_c_m + along
         return float(min(top, 0.0)) if contact > 0.0 else 0.0
