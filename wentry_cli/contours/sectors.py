@@ -30,6 +30,7 @@ from wentry_cli.contours.likelihood import (
     OS,
     OUTSIDE,
     RATIO,
+    SMEAR,
 )
 from wentry_cli.imaging.order_statistics import median_of, quantile_of
 
@@ -47,6 +48,8 @@ TOLERANCE_PX = 0.15
 TOLERANCE_OF_R = 0.0025
 HARD_GATE = 3.0
 LEAST_PIXELS = 12.0
+# Motion across the edge with less variance than this counts as blur.
+LEAST_SMEAR_PX2 = 0.1
 # Displacements over (uncertainty x scale) and reduced chi squares over the usual one between which weight is lost.
 SOFT_START, SOFT_END = 3.0, 5.0
 QUALITY_START, QUALITY_END = 1.7, 3.0
@@ -65,7 +68,10 @@ def set_state(state: Floats, rows: Floats, moved: Floats, nuisance: Floats, scen
         along = (scene[3] * rows[k, NY] - scene[4] * rows[k, NX]) ** 2 / 12.0
         kappa = min(rows[k, KAPPA], 1.0)
         tangential = s2 + along
-        normal = s2 + across + 0.5 * (kappa * tangential) ** 2
+        normal = s2 + 0.5 * (kappa * tangential) ** 2
+        smeared = across > LEAST_SMEAR_PX2
+        if not smeared:
+            normal += across
         displacement = 0.0
         for i in range(5):
             displacement += rows[k, J + i] * moved[i]
@@ -74,6 +80,8 @@ def set_state(state: Floats, rows: Floats, moved: Floats, nuisance: Floats, scen
         # the changes of the shift and of ln(normal s) with ln s
         state[k, KAPPA_S] = kappa * s2 * state[k, INV_S]
         state[k, RATIO] = s2 / normal
+        # the outer nodes of three lie at sqrt(3/5) of half the path, whose square is 12 times the variance
+        state[k, SMEAR] = math.sqrt(1.8 * across) * state[k, INV_S] if smeared else 0.0
         state[k, INSIDE] = nuisance[LEVEL_IN]
         x, y = (rows[k, X] - scene[0]) / scene[2], (rows[k, Y] - scene[1]) / scene[2]
         state[k, OUTSIDE] = nuisance[LEVEL_OUT] + nuisance[SLOPE_X] * x + nuisance[SLOPE_Y] * y
