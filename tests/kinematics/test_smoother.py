@@ -220,9 +220,9 @@ def test_linear_in_the_number_of_frames() -> None:
     def seconds(n: int) -> float:
         t = np.arange(n) / FPS - 0.0201
         y = np.where(t < 0, 0.3 * t, 0.1 * np.sin(3 * t)) + 2.5e-5 * np.random.default_rng(0).normal(size=n)
-        started = time.perf_counter()
+        started = time.process_time()
         smooth_track(t, y, 2.5e-5, events_s=(0.0,), ballistic=Ballistic(0.0, 0.0))
-        return time.perf_counter() - started
+        return time.process_time() - started
 
     seconds(400)
-    assert seconds(100_000) < 15.0
+    assert seconds(100_000) < 5.0

@@ -17,12 +17,13 @@ from numpy.typing import NDArray
 
 from wentry_cli.kinematics.hyperparameters import fit_pass, fit_plain
 from wentry_cli.kinematics.outliers import first_suspects, late_suspects
-from wentry_cli.kinematics.state_pass import Ballistic, StatePass, prepare
+from wentry_cli.kinematics.state_pass import Ballistic, StatePass, prepare, smooth
 
 Array = NDArray[np.float64]
 Mode = Literal["impact_aware", "gcv", "epps"]
 MINIMUM_FRAMES = 6
 ROUNDS = 4
+FEW_CHANGED = 0.001  # fewer frames than this share do not move the hyperparameters
 NEAR_EVENT_FRAMES = 8.0  # 4 ms at the paper's 2000 fps
 
 
@@ -109,8 +110,10 @@ def smooth_track(
         suspects = late_suspects(passes, *record, used)
         if np.array_equal(suspects, ~used) or (~suspects).sum() < MINIMUM_FRAMES:
             break
+        changed = np.mean(suspects == used)
         used = ~suspects
-        passes = _fit(record, used, events, (mode, ballistic))
+        known = passes if changed < FEW_CHANGED else ()
+        passes = _fit(record, used, events, (mode, ballistic), known)
     good = measured.copy()
     good[measured] = used
     frames = _blend(passes, times, events, False)
@@ -122,17 +125,21 @@ def _fit(
     used: NDArray[np.bool_],
     events: Array,
     how: tuple[Mode, Ballistic],
+    known: tuple[StatePass, ...] = (),
 ) -> tuple[StatePass, ...]:
+    """Smooth the used frames; with the hyperparameters of ``known`` passes where these are given."""
     times, position, variance = (part[used] for part in measured)
     mode, ballistic = how
     if mode != "impact_aware":
         record = prepare(times, position, variance, events_s=events, order=3, ballistic=ballistic)
         return (fit_plain(record, mode),)
     orders = (4, 3) if events.size else (4,)
-    return tuple(
-        fit_pass(prepare(times, position, variance, events_s=events, order=order, ballistic=ballistic))
-        for order in orders
-    )
+    records = [
+        prepare(times, position, variance, events_s=events, order=order, ballistic=ballistic) for order in orders
+    ]
+    if known:
+        return tuple(smooth(record, old.theta) for record, old in zip(records, known, strict=True))
+    return tuple(fit_pass(record) for record in records)
 
 
 def _blend(passes: tuple[StatePass, ...], times: Array, events: Array, before: bool) -> TrackState:
