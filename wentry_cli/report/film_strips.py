@@ -68,10 +68,9 @@ def _panel(drop: DropResults, view: str, shots: list[Shot], region: Region) -> P
     height = 0.95 * WIDTH_IN / len(shots) * (region[3] - region[1]) / (region[2] - region[0]) + 0.3
     scale = pixels_per_metre(drop, view)
     draw = partial(_draw_strip, shots=shots, region=region, view=view, scale=scale)
-    what = {
-        "side": "ellipse yellow, lowest point red cross, separation line green",
-        "top": "circle cyan",
-    }[view]
+    what = "circle cyan" if view == "top" else "ellipse yellow, lowest point red cross"
+    if data.get("separation_y_px", pd.Series(dtype=float)).notna().any():
+        what += ", separation line green"
     caption = f"Film strip of drop {drop.name}, {view} view, with the measurement drawn from {view}.csv: {what}."
     bar = scale_bar_mm(region, scale)
     caption += (
@@ -107,6 +106,8 @@ def scale_bar_mm(region: Region, scale: float) -> float:
 def _draw_strip(figure: FigureBase, shots: list[Shot], region: Region, view: str, scale: float) -> None:
     axes = figure.subplots(1, len(shots), squeeze=False, gridspec_kw={"wspace": 0.03})[0]
     x0, y0, x1, y1 = region
+    span = as_number(shots[-1].row["t_s"]) - as_number(shots[0].row["t_s"])
+    places = 1 if span > 0.008 else 3
     for ax, shot in zip(axes, shots, strict=True):
         box = (x0 - 0.5, x1 - 0.5, y1 - 0.5, y0 - 0.5)
         ax.imshow(shot.picture, cmap="gray", vmin=0, vmax=255, extent=box, interpolation="none")
@@ -117,7 +118,7 @@ def _draw_strip(figure: FigureBase, shots: list[Shot], region: Region, view: str
         ax.set(xticks=[], yticks=[])
         ax.spines[:].set(color="#888888", linewidth=0.4)
         note = shot.moment.label if status == "ok" else status.replace("_", " ")
-        title = f"{1e3 * as_number(shot.row['t_s']):.1f} ms\n{plain(note)}"
+        title = f"{1e3 * as_number(shot.row['t_s']):.{places}f} ms\n{plain(note)}"
         ax.set_title(title, fontsize=6.0, fontweight="normal", loc="center", pad=2.0, linespacing=1.1)
     _scale_bar(axes[-1], region, scale)
 

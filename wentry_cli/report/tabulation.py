@@ -109,7 +109,7 @@ def _filled(columns: Columns, drops: list[DropResults]) -> TextTable:
 
 
 def regression_table(campaign: Campaign) -> TextTable:
-    """Every relation: slope or exponent with its interval, the paper's value beside it."""
+    """Every relation that has drops: slope or exponent with its interval, the paper's value beside it."""
     header = (
         "relation",
         "y on x",
@@ -126,6 +126,8 @@ def regression_table(campaign: Campaign) -> TextTable:
     rows = []
     for row in campaign.scaling.to_dict("records"):
         number = {name: as_number(row[name]) for name in row if name not in {"relation", "x", "y", "status"}}
+        if not number["n"] > 0:
+            continue
         interval = f"{number['slope_low']:.3f} to {number['slope_high']:.3f}"
         rows.append((
             as_text(row["relation"]), f"{as_text(row['y'])} on {as_text(row['x'])}",
