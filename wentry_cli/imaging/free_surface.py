@@ -139,8 +139,6 @@ def _falling_edge(profile: NDArray[np.float32]) -> float:
     row = int(np.flatnonzero(~dark)[-1])
     above = float(np.median(profile[max(0, row - 12) : max(1, row - 4)]))
     below = float(np.median(profile[row + 5 : row + 13])) if row + 6 < profile.size else 0.0
-    middle = 0.5 * (above + below)
-    while row > 0 and profile[row] < middle:
-        row -= 1
-    upper, lower = float(profile[row]), float(profile[row + 1])
-    return row + (upper - middle) / max(upper - lower, 1e-6)
+    window = profile[max(0, row - 4) : row + 6].astype(np.float64)
+    above_edge = np.clip((window - below) / max(above - below, 1e-6), 0.0, 1.0)
+    return max(0, row - 4) - 0.5 + float(np.sum(above_edge))

@@ -16,6 +16,7 @@ from wentry_cli.tracking.source import Frames
 
 LIKE_RADIUS = 0.08
 FEWEST_AGREEING = 2
+ENOUGH_AGREEING = 4
 LONGEST_SCAN = 240
 
 Range = tuple[float, float]
@@ -67,13 +68,19 @@ def _look_through(frames: Frames, ground: Background, indices: Iterable[int], li
 
 
 def _agreeing(seen: Sights) -> Sights:
-    """The largest group of candidates of like radius, one a frame, in the order of the frames."""
+    """Candidates of like radius, one a frame, in the order of the frames.
+
+    The first group of enough members: early frames show the sphere by itself, later ones splash and cavity as well.
+    Without such a group the largest there is.
+    """
     best: dict[int, Candidate] = {}
     for _, reference in seen:
         group: dict[int, Candidate] = {}
         for index, item in seen:
             if abs(item.radius / reference.radius - 1.0) < LIKE_RADIUS and index not in group:
                 group[index] = item
+        if len(group) >= ENOUGH_AGREEING:
+            return sorted(group.items())
         if (len(group), reference.radius) > (len(best), _median_radius(best)):
             best = group
     return sorted(best.items())

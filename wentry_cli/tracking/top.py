@@ -18,7 +18,7 @@ from wentry_cli.tracking.sighting import Look, Sighting
 from wentry_cli.tracking.source import Frames
 
 HIDDEN_AFTER = 10
-LEAST_STRAY = 3.0
+LEAST_STRAY = 4.0
 
 
 def track_top(
@@ -34,7 +34,7 @@ def track_top(
     forward = replace(seed)
     seen = follow(frames, ground, forward, range(start, frames.count), plan, Watch(patience=HIDDEN_AFTER))
     backward = seed.turned()
-    before = follow(frames, ground, backward, range(start - 1, -1, -1), plan, Watch(patience=HIDDEN_AFTER))
+    before = follow(frames, ground, backward, range(start - 1, -1, -1), plan)
     return _without_strays([*reversed(before), *_hidden_at_the_end(seen)])
 
 

@@ -1,0 +1,107 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from wentry_cli.imaging.background import build_background, cut_patch, steadied
+from wentry_cli.imaging.ground import clean_level, fill_holes, relative_noise, sample_indices
+
+SHAPE = (120, 160)
+
+
+def lamp() -> np.ndarray:
+    y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
+    return 150.0 + 0.15 * x - 0.1 * y
+
+
+def frame(x: float, y: float, radius: float, rng: np.random.Generator, noise: float = 0.01) -> np.ndarray:
+    rows, columns = np.mgrid[: SHAPE[0], : SHAPE[1]]
+    cover = np.clip(radius - np.hypot(columns - x, rows - y) + 0.5, 0.0, 1.0)
+    light = lamp() * (1.0 - 0.93 * cover)
+    return np.clip(light + noise * lamp() * rng.normal(size=SHAPE), 0, 255).round().astype(np.uint8)
+
+
+@pytest.mark.parametrize("count", [1, 5, 28, 29, 400, 2000])
+def test_samples_are_few_distinct_and_include_both_ends(count: int) -> None:
+    chosen = sample_indices(count)
+    assert chosen == sorted(set(chosen))
+    assert len(chosen) <= 28
+    assert (chosen[0], chosen[-1]) == (0, count - 1)
+
+
+def test_a_moving_sphere_leaves_no_ghost() -> None:
+    rng = np.random.default_rng(1)
+    samples = np.stack([frame(80, 20 + 4 * k, 15, rng) for k in range(20)])
+    ground = build_background(samples, 255.0)
+    wrong = np.abs(ground.level / lamp() - 1)
+    assert np.quantile(wrong, 0.99) < 0.015  # the noise of a few samples
+    assert wrong.max() < 0.08
+    assert ground.noise == pytest.approx(0.01, rel=0.4)  # grey levels are whole numbers
+
+
+def test_a_sphere_that_hardly_moves_leaves_no_ghost() -> None:
+    rng = np.random.default_rng(2)
+    samples = np.stack([frame(80, 58 + 0.5 * k, 22, rng) for k in range(8)])
+    ground = build_background(samples, 255.0)
+    assert np.abs(ground.level[50:70, 70:90] / lamp()[50:70, 70:90] - 1).max() < 0.02
+
+
+def test_one_clean_sample_is_enough() -> None:
+    samples = np.full((12, 4, 5), 40, np.uint8)
+    samples[3] = 200
+    assert np.all(clean_level(samples, 0.01) == 200)
+
+
+def test_noise_is_that_of_plain_ground() -> None:
+    rng = np.random.default_rng(3)
+    samples = (1000.0 * (1 + 0.02 * rng.normal(size=(16, 90, 90)))).astype(np.uint16)
+    assert relative_noise(samples) == pytest.approx(0.02, rel=0.15)
+
+
+def test_holes_are_filled_from_their_surroundings() -> None:
+    level = lamp().astype(np.float32)
+    holed = level.copy()
+    holed[40:60, 50:80] = np.nan
+    assert np.abs(fill_holes(holed) / level - 1).max() < 1e-3
+
+
+def test_clipped_light_gives_a_ceiling_and_open_light_none() -> None:
+    bright = np.full((6, *SHAPE), 255, np.uint8)
+    assert build_background(bright, 255.0).ceiling < 1.0
+    assert build_background(bright // 2, 255.0).ceiling == float("inf")
+
+
+def test_dark_and_hot_pixels_are_masked() -> None:
+    samples = np.full((6, *SHAPE), 150, np.uint8)
+    samples[:, 100:] = 3
+    samples[:, 20, 30] = 250
+    patch = cut_patch(samples[0], 0, 0, build_background(samples, 255.0))
+    assert np.isnan(patch.values[110, 50])
+    assert np.isnan(patch.values[20, 30])
+    assert patch.values[50, 50] == pytest.approx(1.0)
+
+
+def test_a_bright_sphere_becomes_dark_on_one() -> None:
+    rng = np.random.default_rng(4)
+    dark = [255 - frame(80, 20 + 4 * k, 15, rng).astype(int) for k in range(20)]
+    samples = np.stack(dark).astype(np.uint8)
+    ground = build_background(samples, 255.0, polarity="bright")
+    patch = cut_patch(samples[10], 0, 0, ground)
+    assert abs(float(np.median(patch.values[55:65, 75:85]))) < 0.1
+    assert float(np.median(patch.values[:20])) == pytest.approx(1.0, abs=0.02)
+
+
+def test_empty_frames_are_averaged() -> None:
+    samples = np.stack([np.full(SHAPE, value, np.uint8) for value in (100, 110)])
+    assert build_background(samples, 255.0, empty=True).level[5, 5] == pytest.approx(105.0)
+
+
+def test_flicker_is_divided_out_and_steady_light_is_left_alone() -> None:
+    rng = np.random.default_rng(5)
+    samples = np.stack([frame(80, 20 + 4 * k, 15, rng) for k in range(20)])
+    ground = build_background(samples, 255.0)
+    one = cut_patch(samples[10], 0, 0, ground)
+    shape = (80.0, 60.0, 15.0, 15.0)
+    assert steadied(one, shape) is one
+    dim = cut_patch((samples[10] * 0.9).astype(np.uint8), 0, 0, ground)
+    assert float(np.median(steadied(dim, shape).values[:, :40])) == pytest.approx(1.0, abs=0.005)

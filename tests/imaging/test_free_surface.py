@@ -1,0 +1,52 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wentry_cli.imaging.free_surface import find_free_surface, find_plate
+
+
+def scene(centre: float, thickness: float, depth: float, slope: float = 0.0, noise: float = 0.002) -> np.ndarray:
+    rng = np.random.default_rng(7)
+    y, x = np.mgrid[:300, :240].astype(float)
+    light = 150.0 + 0.1 * x - 0.05 * y
+    edge = thickness / 2 - np.abs(y - centre - slope * (x - 120))
+    band = np.clip(edge + 0.5, 0.0, 1.0)
+    return (light * (1 - depth * band) * (1 + noise * rng.normal(size=y.shape))).astype(np.float32)
+
+
+@given(centre=st.floats(40, 250), thickness=st.floats(2.0, 24.0), depth=st.floats(0.1, 0.8))
+def test_the_centre_of_the_band(centre: float, thickness: float, depth: float) -> None:
+    found = find_free_surface(scene(centre, thickness, depth))
+    assert found.status == "ok"
+    assert abs(found.y_px - centre) < min(max(0.05, 0.2 * thickness * 0.1 / depth), 3 * found.unc_px)
+    assert found.thickness_px == pytest.approx(thickness, abs=2.0)
+
+
+def test_a_sloping_surface_is_read_at_the_column_asked_for() -> None:
+    found = find_free_surface(scene(100.0, 4.0, 0.5, slope=0.02), x_px=220.0)
+    assert found.y_px == pytest.approx(102.0, abs=0.15)
+
+
+def test_an_uneven_band_is_less_certain_than_a_line() -> None:
+    thick, thin = find_free_surface(scene(100.0, 20.0, 0.5)), find_free_surface(scene(100.0, 2.0, 0.5))
+    assert thick.unc_px > 1.0
+    assert thin.unc_px < 0.1
+
+
+def test_nothing_like_a_surface() -> None:
+    assert find_free_surface(scene(100.0, 3.0, 0.0)).status == "no_edge"
+    assert find_free_surface(scene(100.0, 3.0, 0.5), rows=(150.0, 290.0)).status == "no_edge"
+
+
+@pytest.mark.parametrize("edge", [150.0, 200.3, 260.75])
+def test_the_upper_edge_of_a_plate(edge: float) -> None:
+    y = np.arange(300.0)[:, None]
+    dark = np.clip(y - edge + 0.5, 0.0, 1.0)
+    level = (160.0 * (1 - 0.9 * dark) * np.ones((1, 200))).astype(np.float32)
+    found = find_plate(level)
+    assert found.status == "ok"
+    assert found.y_px == pytest.approx(edge, abs=0.05)
+    assert find_plate(np.full((100, 100), 150.0, np.float32)).status == "no_edge"

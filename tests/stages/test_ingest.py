@@ -1,0 +1,76 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.stages.rendered import SIDE, change, render
+from wentry_cli.config.campaign import read_drop
+from wentry_cli.errors import ConfigurationError
+from wentry_cli.stages import ingest
+from wentry_cli.tables import read_table
+
+CLIP = {"before_s": 0.002, "longest_s": 0.006}
+
+
+@pytest.fixture
+def drop(tmp_path: Path) -> Path:
+    return render(tmp_path / "drop", clip=CLIP)
+
+
+def test_a_row_per_frame_with_times_and_levels(drop: Path, tmp_path: Path) -> None:
+    ingest.run(tmp_path / "out", read_drop("drop", drop))
+    frames = read_table(tmp_path / "out", "frames")
+    count = len(list((drop / "side").iterdir()))
+    assert list(frames.frame) == list(range(count))
+    assert frames.time_s.to_numpy() == pytest.approx(np.arange(count) / 2000)
+    assert frames.mean_level.between(100, 220).all()
+    assert (frames.saturated_fraction == 0).all()
+    assert set(frames.status) == {"ok"}
+
+
+def test_a_gap_and_a_truncated_image_are_rows(drop: Path, tmp_path: Path) -> None:
+    images = sorted((drop / "side").iterdir())
+    images[3].unlink()
+    images[5].write_bytes(images[5].read_bytes()[:400])
+    ingest.run(tmp_path / "out", read_drop("drop", drop))
+    frames = read_table(tmp_path / "out", "frames")
+    assert list(frames.status[2:7]) == ["ok", "gap", "ok", "bad_frame", "ok"]
+    assert frames.mean_level.isna().sum() == 2
+    assert frames.time_s.notna().all()
+
+
+def test_both_views_share_the_clock(tmp_path: Path) -> None:
+    top = {"width": 160, "height": 160, "scale_px_per_m": 900.0}
+    folder = render(tmp_path / "drop", clip=CLIP, top=top)
+    text = (folder / "experiment.yaml").read_text(encoding="utf-8")
+    (folder / "experiment.yaml").write_text(text.replace("source: top", "source: top\n    offset_s: 0.0125"))
+    ingest.run(tmp_path / "out", read_drop("drop", folder))
+    frames = read_table(tmp_path / "out", "frames")
+    assert frames[frames.view == "side"].time_s.iloc[0] == 0.0
+    assert frames[frames.view == "top"].time_s.iloc[0] == pytest.approx(0.0125)
+
+
+def test_raw_recordings_are_sampled_by_strips(tmp_path: Path) -> None:
+    folder = render(tmp_path / "drop", clip=CLIP, side=SIDE | {"format": "mraw", "bits": 12})
+    ingest.run(tmp_path / "out", read_drop("drop", folder))
+    frames = read_table(tmp_path / "out", "frames")
+    assert set(frames.status) == {"ok"}
+    assert frames.mean_level.between(1500, 3600).all()
+
+
+def test_a_missing_rate_says_what_to_set(drop: Path, tmp_path: Path) -> None:
+    change(drop, fps="from_header")
+    with pytest.raises(ConfigurationError, match=r"views\.side\.fps"):
+        ingest.run(tmp_path / "out", read_drop("drop", drop))
+    assert not (tmp_path / "out" / "frames.csv").exists()
+
+
+def test_frames_and_region_are_those_of_the_configuration(drop: Path, tmp_path: Path) -> None:
+    change(drop, frames=[2, 8], roi_px=[10, 0, 150, 200])
+    ingest.run(tmp_path / "out", read_drop("drop", drop))
+    frames = read_table(tmp_path / "out", "frames")
+    assert list(frames.frame) == list(range(7))
+    assert frames.camera_frame.iloc[0] == 3
+    assert frames.time_s.iloc[0] == 0.0

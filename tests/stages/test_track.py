@@ -1,0 +1,219 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pandas as pd
+import pytest
+
+from tests.stages.rendered import SIDE, change, errors_px, measure, render, truth
+from wentry_cli.errors import InputError, TooFewMeasurementsError
+from wentry_cli.tables import has_table, read_table
+
+CLEAN_Y_B_PX = 0.05
+CLEAN_STRETCH = 6e-4
+NUMBERS = ["center_x_px", "center_y_px", "radius_px", "bottom_y_px", "bottom_y_px_unc", "y_b_m", "y_b_m_unc"]
+
+
+def rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+@pytest.fixture(scope="module")
+def soft(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    base = tmp_path_factory.mktemp("soft")
+    top = {"width": 176, "height": 176, "scale_px_per_m": 1000.0, "camera_distance_m": 1.5}
+    folder = render(base / "drop", top=top)
+    _, error = measure(folder, base / "out")
+    assert error is None
+    return folder, base / "out"
+
+
+def test_a_clean_drop_is_measured_to_a_twentieth_of_a_pixel(soft: tuple[Path, Path]) -> None:
+    found = errors_px(*soft)
+    assert found["ok"].mean() >= 0.98
+    assert rms(found["y_b"][found["ok"]]) < CLEAN_Y_B_PX
+    late = found["ok"] & (np.arange(found["ok"].size) > 17)  # short arcs just after impact are known less well
+    assert rms(found["stretch"][late]) < CLEAN_STRETCH
+
+
+def test_scale_surface_and_impact(soft: tuple[Path, Path]) -> None:
+    _, said = truth(soft[0])
+    side = read_table(soft[1], "geometry").set_index("view").loc["side"]
+    assert side.scale_px_per_m == pytest.approx(said["scale_px_per_m"], rel=1e-3)
+    assert side.scale_water_px_per_m == side.scale_px_per_m
+    assert abs(side.surface_y_px - said["surface_y_px"]) < 3 * side.surface_y_px_unc
+    assert abs(side.impact_time_s - said["impact_time_s"]) < 3 * side.impact_time_s_unc + 1e-5
+    assert side.radius_px == pytest.approx(0.0255 * said["scale_px_per_m"], rel=1e-3)
+
+
+def test_a_row_is_ok_only_where_its_values_are_filled(soft: tuple[Path, Path]) -> None:
+    side = read_table(soft[1], "side")
+    good = side[side.status == "ok"]
+    assert good[[*NUMBERS, "stretch", "stretch_unc"]].notna().all(axis=None)
+    assert side[side.status != "ok"][[*NUMBERS, "stretch"]].isna().all(axis=None)
+    assert set(good.y_b_source) <= {"local", "ellipse"}
+    assert good.separation_y_px.notna().sum() > 5
+    assert good[good.t_s < 0].separation_y_px.isna().all()
+
+
+def test_the_top_view_shares_the_impact(soft: tuple[Path, Path]) -> None:
+    known, _ = truth(soft[0])
+    top = read_table(soft[1], "top")
+    good = (top.status == "ok").to_numpy() & (top.residual_rms_px < 0.03).to_numpy()
+    assert good.sum() >= 12
+    error = (top.stretch - known.stretch.iloc[: len(top)]).to_numpy(float)[good]
+    assert rms(error) < 1e-3
+    assert top.t_s.to_numpy() == pytest.approx(read_table(soft[1], "side").t_s.to_numpy()[: len(top)])
+
+
+def test_the_same_input_gives_the_same_bytes(soft: tuple[Path, Path], tmp_path: Path) -> None:
+    measure(soft[0], tmp_path)
+    for name in ("frames", "geometry", "side", "top"):
+        assert (tmp_path / f"{name}.csv").read_bytes() == (soft[1] / f"{name}.csv").read_bytes()
+
+
+def test_a_rigid_sphere_has_no_stretch(tmp_path: Path) -> None:
+    folder = render(tmp_path / "drop", sphere={"diameter_m": 0.051})
+    _, error = measure(folder, tmp_path / "out")
+    assert error is None
+    assert read_table(tmp_path / "out", "side").stretch.isna().all()
+    assert not has_table(tmp_path / "out", "top")
+    found = errors_px(folder, tmp_path / "out")
+    assert found["ok"].mean() >= 0.98
+    assert rms(found["y_b"][found["ok"]]) < CLEAN_Y_B_PX
+
+
+def test_a_wall_before_the_water_is_found(tmp_path: Path) -> None:
+    folder = render(tmp_path / "drop", switches={"wet_scale": 1.05}, clip={"before_s": 0.006, "longest_s": 0.045})
+    measure(folder, tmp_path / "out")
+    side = read_table(tmp_path / "out", "geometry").iloc[0]
+    assert abs(side.scale_water_px_per_m / (1.05 * 900) - 1) < 3 * side.scale_water_px_per_m_unc / (1.05 * 900)
+    assert side.scale_water_px_per_m == pytest.approx(1.05 * 900, rel=2e-3)
+    found = errors_px(folder, tmp_path / "out")
+    assert found["ok"].mean() >= 0.9
+    assert rms(found["y_b"][found["ok"]]) < 2 * CLEAN_Y_B_PX
+
+
+def test_a_drop_on_a_plate(tmp_path: Path) -> None:
+    side = SIDE | {"surface_y_px": 200.375}
+    folder = render(tmp_path / "drop", kind="surface_impact", side=side)
+    _, error = measure(folder, tmp_path / "out")
+    assert error is None
+    found = errors_px(folder, tmp_path / "out")
+    assert found["ok"].all()
+    assert rms(found["stretch"]) < CLEAN_STRETCH
+    assert rms(found["y_b"]) < 2 * CLEAN_Y_B_PX
+    assert read_table(tmp_path / "out", "side").separation_y_px.isna().all()
+
+
+def test_a_free_flight_counts_from_its_first_frame(tmp_path: Path) -> None:
+    folder = render(tmp_path / "drop", kind="free_flight", clip={"before_s": 0.0, "longest_s": 0.02})
+    _, error = measure(folder, tmp_path / "out")
+    assert error is None
+    side = read_table(tmp_path / "out", "side")
+    assert (side.status == "ok").all()
+    assert side.t_s.iloc[0] == 0.0
+    assert side.y_b_m.iloc[0] == pytest.approx(-0.0255, rel=2e-3)
+    assert np.isnan(read_table(tmp_path / "out", "geometry").impact_time_s.iloc[0])
+
+
+def test_the_top_view_alone_tells_the_impact(tmp_path: Path) -> None:
+    top = {"width": 176, "height": 176, "scale_px_per_m": 1000.0}
+    folder = render(tmp_path / "drop", side=None, top=top)
+    measure(folder, tmp_path / "out")
+    _, said = truth(folder)
+    view = read_table(tmp_path / "out", "geometry").iloc[0]
+    assert view["view"] == "top"
+    assert abs(view.impact_time_s - said["impact_time_s"]) < 3 * view.impact_time_s_unc
+    assert not has_table(tmp_path / "out", "side")
+
+
+@pytest.fixture(scope="module")
+def short(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return render(tmp_path_factory.mktemp("short") / "drop", clip={"before_s": 0.006, "longest_s": 0.015})
+
+
+def test_a_clip_that_ends_before_the_surface(short: Path, tmp_path: Path) -> None:
+    change(short, frames=[0, 7])
+    _, error = measure(short, tmp_path)
+    change(short, frames=None)
+    assert isinstance(error, TooFewMeasurementsError)
+    side = read_table(tmp_path, "side")
+    assert len(side) == 8
+    assert (side.status == "ok").all()
+
+
+def test_a_video_without_a_sphere(tmp_path: Path) -> None:
+    folder = render(tmp_path / "drop", clip={"before_s": 0.002, "longest_s": 0.01})
+    for path in sorted((folder / "side").iterdir()):
+        cv2.imwrite(str(path), np.full((260, 176), 180, np.uint8))
+    _, error = measure(folder, tmp_path / "out")
+    assert isinstance(error, TooFewMeasurementsError)
+    assert "no sphere" in str(error)
+    side = read_table(tmp_path / "out", "side")
+    assert set(side.status) == {"no_object"}
+    assert has_table(tmp_path / "out", "geometry")
+
+
+def test_a_damaged_frame_is_a_row_and_the_path_goes_on(short: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "drop"
+    folder.mkdir()
+    (folder / "experiment.yaml").write_bytes((short / "experiment.yaml").read_bytes())
+    (folder / "side").mkdir()
+    for path in (short / "side").iterdir():
+        (folder / "side" / path.name).write_bytes(path.read_bytes())
+    images = sorted((folder / "side").iterdir())
+    images[4].write_bytes(images[4].read_bytes()[:200])
+    images[24].unlink()
+    _, error = measure(folder, tmp_path / "out")
+    assert error is None
+    side = read_table(tmp_path / "out", "side")
+    assert (side.status[4], side.status[24]) == ("bad_frame", "gap")
+    assert (side.status[[3, 5, 23, 25]] == "ok").all()
+
+
+def test_a_given_scale_and_surface_win(short: Path, tmp_path: Path) -> None:
+    change(short, scale_px_per_m=905.0, surface_y_px=91.0)
+    measure(short, tmp_path)
+    change(short, scale_px_per_m="auto", surface_y_px="auto")
+    side = read_table(tmp_path, "geometry").iloc[0]
+    assert (side.scale_px_per_m, side.scale_water_px_per_m, side.surface_y_px) == (905.0, 905.0, 91.0)
+    assert "given" in side.scale_source
+
+
+def test_a_background_file_must_fit(short: Path, tmp_path: Path) -> None:
+    cv2.imwrite(str(short / "empty.png"), np.full((10, 10), 180, np.uint8))
+    change(short, background="empty.png")
+    _, error = measure(short, tmp_path)
+    change(short, background="auto")
+    assert isinstance(error, InputError)
+    assert "background" in str(error)
+
+
+def test_a_table_of_frames_that_does_not_fit_the_recording(short: Path, tmp_path: Path) -> None:
+    drop, _ = measure(short, tmp_path)
+    frames = pd.read_csv(tmp_path / "frames.csv").iloc[:-1]
+    frames.to_csv(tmp_path / "frames.csv", index=False)
+    from wentry_cli.stages import track
+
+    with pytest.raises(InputError, match="ingest"):
+        track.run(tmp_path, drop)
+
+
+def test_the_real_ball(recordings: Path, tmp_path: Path) -> None:
+    source = recordings / "photron" / "ball_12bit.cihx"
+    (tmp_path / "experiment.yaml").write_text(
+        f"kind: free_flight\nsphere: {{diameter_m: 0.0025}}\nviews: {{side: {{source: {source}}}}}\n"
+    )
+    _, error = measure(tmp_path, tmp_path / "out")
+    assert error is None
+    side = read_table(tmp_path / "out", "side")
+    assert (side.status == "ok").sum() == 15
+    assert (2 * side.radius_px).between(125.5, 127.2).all()
+    assert (side.stretch - 1).abs().max() < 0.005
+    rows = np.polyfit(side.frame, side.center_y_px, 1)[0]
+    assert rows == pytest.approx(2.647, abs=0.01)
+    scale = read_table(tmp_path / "out", "geometry").scale_px_per_m.iloc[0]
+    assert rows * 30000 / scale == pytest.approx(1.57, abs=0.02)

@@ -1,0 +1,71 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from wentry_cli.contours.ellipse import EllipseShape
+from wentry_cli.imaging.patch import Patch
+from wentry_cli.synthetic.still import StillBody, StillLight, draw_still
+from wentry_cli.tracking.scale import PooledRadius
+from wentry_cli.tracking.sighting import Look, Sighting, examine, radius_slope, with_radius
+from wentry_cli.tracking.wet_radius import constrain, pool_sightings
+
+BODY = StillBody(80.3, 90.7, 40.0, stretch=1.15, separation_y_px=86.0)
+BOX = (0.0, 0.0, 159.0, 199.0)
+
+
+@pytest.fixture(scope="module")
+def patch() -> Patch:
+    still = draw_still(BODY, StillLight(), (200, 160), np.random.default_rng(4))
+    return Patch(still.flat)
+
+
+def look(free: str) -> Look:
+    return Look(BOX, free, top_y_px=90.0)
+
+
+def test_a_free_radius_that_is_then_held_gives_what_a_held_radius_gives(patch: Patch) -> None:
+    guess = EllipseShape(80.0, 91.0, 40.0, 1.14)
+    free = examine(patch, 0, guess, look("x y R stretch"))
+    held = examine(patch, 0, guess, look("x y stretch"))
+    assert free.fit is not None
+    assert held.fit is not None
+    moved = with_radius(free.fit, 40.0, radius_slope(free.fit))
+    assert moved.stretch == pytest.approx(held.fit.stretch, abs=0.35 * held.fit.stretch_unc)
+    assert moved.bottom_y_px == pytest.approx(held.fit.bottom_y_px, abs=0.35 * held.fit.bottom_y_unc_px)
+    assert moved.stretch_unc == pytest.approx(held.fit.stretch_unc, rel=0.2)
+
+
+def test_the_uncertainty_of_the_pooled_radius_is_carried_on(patch: Patch) -> None:
+    free = examine(patch, 0, EllipseShape(80.0, 91.0, 40.0, 1.14), look("x y R stretch"))
+    assert free.fit is not None
+    slope = radius_slope(free.fit)
+    moved = with_radius(free.fit, 40.0, slope, radius_unc=0.5)
+    assert moved.stretch_unc == pytest.approx(abs(slope[3]) * 0.5, rel=0.1)
+
+
+def test_pooling_and_constraining_leave_the_other_medium_alone(patch: Patch) -> None:
+    seen = examine(patch, 3, EllipseShape(80.0, 91.0, 40.0, 1.14), look("x y R stretch"))
+    failed = Sighting(4, "no_edge")
+    assert pool_sightings([seen, failed], wet=False).value == pytest.approx(40.0, abs=0.3)
+    assert not pool_sightings([seen, failed], wet=True).known
+    assert constrain([seen, failed], PooledRadius(40.0, 0.01, 5, 0.02), wet=True) == [seen, failed]
+
+
+def test_a_second_fit_leaves_radius_and_tilt_free(patch: Patch) -> None:
+    both = Look(BOX, "x y stretch", top_y_px=90.0, also_free=True)
+    seen = examine(patch, 0, EllipseShape(80.0, 91.0, 40.0, 1.14), both)
+    assert seen.free_fit is not None
+    assert abs(seen.free_fit.tilt_deg) < 4 * seen.free_fit.tilt_unc_deg
+
+
+def test_an_empty_patch_is_a_status() -> None:
+    empty = noisy(np.ones((120, 120), np.float32))
+    seen = examine(empty, 0, EllipseShape(60.0, 60.0, 30.0), Look((0, 0, 119, 119)))
+    assert not seen.ok
+    assert seen.status in {"no_edge", "short_arc", "poor_fit", "occluded"}
+
+
+def noisy(values: np.ndarray) -> Patch:
+    rng = np.random.default_rng(5)
+    return Patch((values + 0.01 * rng.normal(size=values.shape)).astype(np.float32))

@@ -1,0 +1,54 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.tracking.clips import SHAPE, clip, ground_of
+from wentry_cli.synthetic.still import StillBody
+from wentry_cli.tracking.seed import find_seed
+from wentry_cli.tracking.source import FrameArray
+from wentry_cli.tracking.top import TopScale, magnification_at, scale_from_approach, top_stretch, track_top
+
+RADIUS_M, DISTANCE = 0.0255, 1.5
+
+
+def radius(frame: int) -> float:
+    return 30.0 + 4.0 * math.sin(0.25 * max(frame - 8, 0))
+
+
+def test_circles_until_the_splash_closes() -> None:
+    frames = clip(lambda k: StillBody(79.6, 99.5, radius(k)), 40)
+    values = np.stack([frames.read(k) for k in range(40)])
+    values[26:] = np.clip(60 + 3 * np.random.default_rng(2).normal(size=(14, *SHAPE)), 0, 255).astype(np.uint8)
+    frames = FrameArray(values)
+    ground = ground_of(frames)
+    seed = find_seed(frames, ground, range(0, 24, 4))
+    assert seed is not None
+    seen = track_top(frames, ground, seed)
+    good = {item.frame: item.fit.radius_px for item in seen if item.ok and item.fit is not None}
+    assert set(good) == set(range(26))
+    assert max(abs(good[k] - radius(k)) for k in good) < 0.03
+    assert {item.status for item in seen if item.frame >= 26} == {"occluded"}
+
+
+def test_the_scale_follows_from_the_approach_and_the_distance() -> None:
+    time = np.arange(-10, 5) / 2000
+    height = RADIUS_M - 5.0 * time
+    pixels = 2000.0 * RADIUS_M * DISTANCE / (DISTANCE - height)
+    found = scale_from_approach(time, pixels, np.full(15, 0.001), RADIUS_M, DISTANCE)
+    assert found.px_m == pytest.approx(2000.0, rel=2e-4)
+    assert found.source == "approach"
+    assert math.isnan(scale_from_approach(time[10:], pixels[10:], np.ones(5), RADIUS_M, None).px_m)
+
+
+def test_the_stretch_is_freed_from_the_perspective() -> None:
+    height = np.array([0.05, 0.0, -0.1, np.nan])
+    magnification = magnification_at(height, DISTANCE)
+    assert magnification[3] == 1.0
+    pixels = 1.2 * 2000.0 * RADIUS_M * magnification
+    stretch, unc = top_stretch(pixels, np.full(4, 0.01), TopScale(2000.0, 2.0, "given"), RADIUS_M, magnification)
+    assert stretch == pytest.approx(1.2)
+    assert unc == pytest.approx(np.hypot(0.01 / 51, 1.2e-3), rel=0.05)
+    assert np.all(magnification_at(height, None) == 1.0)
