@@ -13,7 +13,7 @@ BLURRED_ROWS, SIDE_ROWS = 2, 9  # a kink is blurred within the first; each side 
 BLUR_PX = 1.2  # of the image and of the smoothing along the wall
 LEDGE_PX = 6.0  # a step of the width between two rows
 LEDGE_UNC_PX = 0.7
-MISFIT = 2.5  # in units of the noise: above it a smooth vertex does not describe the minimum
+CLEAR_KINK, LEAST_ROUNDING_PX = 2.0, 0.15  # in units of the noise, and in pixels: less is no kink
 
 
 def interior_minima(width: Floats) -> list[int]:
@@ -50,12 +50,10 @@ def find_vertex(y: Floats, width: Floats, index: int, *, noise: float) -> tuple[
     ledge = _ledge(y, width, index)
     if ledge is not None:
         return ledge
-    row, narrowest, misfit = _smooth_vertex(y, width, index)
-    if np.isfinite(misfit) and misfit <= max(0.5 * MISFIT * noise, 0.02):
-        return row, narrowest, misfit
-    kink = _kink(y, width, index)
+    kink = _kink(y, width, index, max(CLEAR_KINK * noise, LEAST_ROUNDING_PX))
     if kink is not None:
         return kink
+    row, narrowest, misfit = _smooth_vertex(y, width, index)
     return row, narrowest, float(np.nan_to_num(misfit))
 
 
@@ -106,8 +104,8 @@ def _side(y: Floats, width: Floats, index: int, step: int) -> Floats | None:
     return np.asarray(np.polyfit(rows, values**2, 2))
 
 
-def _kink(y: Floats, width: Floats, index: int) -> tuple[float, float, float] | None:
-    """Where the continued sides meet, with the width there."""
+def _kink(y: Floats, width: Floats, index: int, least: float) -> tuple[float, float, float] | None:
+    """Where the continued sides meet, with the width there; None where blur would round off less than ``least``."""
     above, below = _side(y, width, index, -1), _side(y, width, index, 1)
     if above is None or below is None:
         return None
@@ -123,7 +121,7 @@ def _kink(y: Floats, width: Floats, index: int) -> tuple[float, float, float] | 
     rises = float(np.polyval(np.polyder(below), row)) / scale
     # A kink of that strength is rounded off by so much; a minimum that is rounder is no kink.
     rounding = (rises - falls) * BLUR_PX / np.sqrt(2.0 * np.pi)
-    if not falls < 0.0 < rises or not -0.5 < width[index] - value < 1.5 * rounding:
+    if not falls < 0.0 < rises or rounding < least or not -0.5 < width[index] - value < 1.5 * rounding:
         return None
     return float(y[index] + row), value, 0.05
 
