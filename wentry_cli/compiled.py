@@ -1,12 +1,21 @@
 """The one way in which numerics are compiled: cached, without the interpreter lock, IEEE arithmetic.
 
-No ``fastmath`` and no parallel reductions, so that the same input gives the same bytes with one process or
-many.
+No ``fastmath`` and no parallel reductions, so that the same input gives the same bytes with one process or many.
+
+A cached kernel holds the code of the kernels that it calls, but numba looks only at the file of the kernel itself to
+see whether it is current. So the cache of a room lies in a folder named by a hash of that room's sources and of those
+of every room that it imports: a change anywhere in them is a new folder.
 """
 
 from __future__ import annotations
 
+import hashlib
+import re
+import shutil
+import time
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 from typing import ParamSpec, TypeVar, cast
 
 import numba
@@ -14,8 +23,62 @@ import numba
 P = ParamSpec("P")
 T = TypeVar("T")
 
+PACKAGE = Path(__file__).resolve().parent
+KEPT_S = 86_400.0  # another process may still use yesterday's kernels
+_IMPORT = re.compile(r"wentry_cli\.(\w+)")
+
 
 def compiled(function: Callable[P, T]) -> Callable[P, T]:
     """Compile ``function`` with numba on its first call and keep its type for the type checker."""
     jit = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")
-    return cast("Callable[P, T]", jit(function))
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = _cache_folder(_room_of(function.__module__)) or before
+    try:
+        return cast("Callable[P, T]", jit(function))
+    finally:
+        numba.config.CACHE_DIR = before
+
+
+def _room_of(module: str) -> str | None:
+    parts = module.split(".")
+    return parts[1] if parts[0] == PACKAGE.name and len(parts) > 2 else None
+
+
+@cache
+def _cache_folder(room: str | None) -> str | None:
+    """Folder for the kernels of ``room``, ``None`` (numba's own choice) outside the package or where it is read-only."""
+    if room is None:
+        return None
+    folder = PACKAGE / "__pycache__" / f"kernels-{room}-{_digest(room)}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return None
+    _sweep(folder, f"kernels-{room}-*")
+    return str(folder)
+
+
+def _digest(room: str) -> str:
+    digest = hashlib.sha256()
+    for name in sorted(_closure(room)):
+        for path in sorted((PACKAGE / name).glob("*.py")):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+def _closure(room: str) -> set[str]:
+    """``room`` and the rooms that it imports, directly or not."""
+    found: set[str] = set()
+    waiting = {room}
+    while waiting:
+        name = waiting.pop()
+        found.add(name)
+        for path in (PACKAGE / name).glob("*.py"):
+            waiting |= set(_IMPORT.findall(path.read_text(encoding="utf-8"))) - found
+    return {name for name in found if (PACKAGE / name).is_dir()}
+
+
+def _sweep(folder: Path, pattern: str) -> None:
+    for old in folder.parent.glob(pattern):
+        if old != folder and time.time() - old.stat().st_mtime > KEPT_S:
+            shutil.rmtree(old, ignore_errors=True)
