@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import ParamSpec, TypeVar, cast
+from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
 
@@ -31,12 +31,13 @@ _IMPORT = re.compile(r"wentry_cli\.(\w+)")
 def compiled(function: Callable[P, T]) -> Callable[P, T]:
     """Compile ``function`` with numba on its first call and keep its type for the type checker."""
     jit = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = _cache_folder(_room_of(function.__module__)) or before
+    settings: Any = numba.config
+    before = settings.CACHE_DIR
+    settings.CACHE_DIR = _cache_folder(_room_of(function.__module__)) or before
     try:
         return cast("Callable[P, T]", jit(function))
     finally:
-        numba.config.CACHE_DIR = before
+        settings.CACHE_DIR = before
 
 
 def _room_of(module: str) -> str | None:
@@ -46,7 +47,7 @@ def _room_of(module: str) -> str | None:
 
 @cache
 def _cache_folder(room: str | None) -> str | None:
-    """Folder for the kernels of ``room``, ``None`` (numba's own choice) outside the package or where it is read-only."""
+    """Folder for the kernels of ``room``, ``None`` (numba's choice) outside the package or where it is read-only."""
     if room is None:
         return None
     folder = PACKAGE / "__pycache__" / f"kernels-{room}-{_digest(room)}"
