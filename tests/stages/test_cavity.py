@@ -177,6 +177,28 @@ def test_a_clip_that_ends_before_the_pinch_off(
     assert len(read_table(tmp_path / "results", "neck")) > 20
 
 
+LOST = {"t_s", "center_x_px", "center_y_px", "impact_time_s", "impact_time_s_unc", "surface_y_px"}
+
+
+def test_a_drop_whose_sphere_was_not_found_has_tables_that_say_so(
+    soft: tuple[Path, Path, dict[str, Any], pd.DataFrame], tmp_path: Path
+) -> None:
+    source, results, _, _ = soft
+    lost = tmp_path / "results"
+    shutil.copytree(results, lost)
+    for name in ("side", "geometry"):
+        table = read_table(lost, name)
+        for column in set(table.columns) & LOST:
+            table[column] = np.nan
+        write_table(lost, name, table)
+    cavity.run(lost, read_drop("drop", source))
+    assert len(read_table(lost, "cavity")) == len(read_table(lost, "neck")) == 0
+    assert event(read_table(lost, "events"), "impact")["status"] == "no_object"
+    row = event(read_table(lost, "events"), "pinch_off")
+    assert row["status"] == "no_neck"
+    assert np.isnan(row["t_s"])
+
+
 def test_a_rigid_sphere_filmed_from_the_side(tmp_path: Path) -> None:
     rigid = scene(
         sphere={"diameter_m": 0.051, "material": "rigid"},

@@ -139,9 +139,12 @@ def _side_view(folder: Path, drop: Drop) -> _SideView:
     clip.close()
     radius = water * drop.experiment.sphere.radius_m
     starts = find_cavity_starts(column["t_s"], column["stretch"], column["stretch_unc"], column["separation_y_m"])
+    spheres = sphere_outlines(column["center_x_px"], column["center_y_px"], radius, column["stretch"])
+    if not np.isfinite([radius, pixels.surface_y_px, *column["t_s"]]).all():
+        spheres = [None] * len(side)  # without scale, surface or impact there is nothing to measure against
     return _SideView(
         t_s=column["t_s"],
-        spheres=sphere_outlines(column["center_x_px"], column["center_y_px"], radius, column["stretch"]),
+        spheres=spheres,
         starts=starts,
         separation_px=column["separation_y_px"],
         pixels=pixels,
@@ -243,8 +246,9 @@ def _disc_levels(folder: Path, drop: Drop, frames: range, disc: tuple[float, flo
 def _events(view: _SideView, seal: Seal, dome: DomeOver) -> list[dict[str, Any]]:
     """Rows of events.csv: impact, dome-over, starts of nested cavities before the closure, pinch-off."""
     closed = seal.t_s if seal.status == "ok" else np.inf
+    known = bool(np.isfinite(view.impact_unc_s))
     rows = [
-        _event("impact", (1, "ok"), (0.0, view.impact_unc_s), 0.0),
+        _event("impact", (1, "ok" if known else "no_object"), (0.0 if known else np.nan, view.impact_unc_s), 0.0),
         _event("dome_over", (1, dome.status), view.after_impact(dome.t_s, dome.t_unc_s), np.nan),
     ]
     for index, start in enumerate(start for start in view.starts if start.t_s < closed):
