@@ -112,7 +112,7 @@ def _draw_velocity(figure: FigureBase, data: pd.DataFrame) -> None:
             ax.axvline(end, color=shade, linewidth=0.9, linestyle=(0, (4, 2)), zorder=1)
     ax.set(xlabel="$t/t_p$", ylabel=r"$|\dot{y}_c|/U_0$", xlim=(0, min(LATEST, float(data["t_over_tp"].max()))))
     ax.set_ylim(0, 1.08 * max(1.0, float(data["speed_over_u0"].quantile(0.998))))
-    ax.legend(handles=[*stiffness_handles(data, line=True), *size_handles(data, line=True)], loc="best")
+    ax.legend(handles=[*stiffness_handles(data, line=True), *size_handles(data, line=True)], loc="upper right")
 
 
 def with_gaps(curve: pd.DataFrame) -> pd.DataFrame:
