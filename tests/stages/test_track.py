@@ -61,7 +61,7 @@ def test_a_row_is_ok_only_where_its_values_are_filled(soft: tuple[Path, Path]) -
 def test_the_top_view_shares_the_impact(soft: tuple[Path, Path]) -> None:
     known, _ = truth(soft[0])
     top = read_table(soft[1], "top")
-    good = (top.status == "ok").to_numpy() & (top.residual_rms_px < 0.03).to_numpy()
+    good = (top.status == "ok").to_numpy()
     assert good.sum() >= 12
     error = (top.stretch - known.stretch.iloc[: len(top)]).to_numpy(float)[good]
     assert rms(error) < 1e-3

@@ -57,17 +57,17 @@ def follow(
     lost = 0
     for index in order:
         sighting = _step(frames, ground, path, index, plan, thorough=lost > 0)
-        if sighting.ok and not watch.believes(sighting, path):
-            sighting = replace(sighting, status="poor_fit")
-        if not sighting.ok and sighting.status not in UNREADABLE:
+        if sighting.traced and not watch.believes(sighting, path):
+            sighting = Sighting(index, "poor_fit", wet=sighting.wet)
+        if not sighting.traced and sighting.status not in UNREADABLE:
             lost += 1
             if watch.wet and lost >= LOST_AFTER and lost % 2:
                 found_again = _search(frames, ground, path, index, plan)
                 sighting = found_again if found_again and watch.believes(found_again, path) else sighting
-        if sighting.ok and sighting.fit is not None:
+        if sighting.traced:
             path.add(index, _remembered(sighting, path.radius))
             lost = 0
-            if watch.learn is not None:
+            if watch.learn is not None and sighting.ok:
                 watch.learn(sighting)
         found.append(sighting)
         left = sighting.status == "out_of_frame" and sighting.fit is None

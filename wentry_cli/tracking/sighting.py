@@ -19,6 +19,9 @@ from wentry_cli.tracking.prediction import usable
 from wentry_cli.tracking.source import Frames, read_patch
 
 LARGEST_MISFIT = 0.03
+CLEAR_GROUND_PX = 5.0
+CLEAR_GROUND = 0.85
+MOST_CROWDED = 0.2
 
 Box = tuple[float, float, float, float]
 
@@ -71,6 +74,11 @@ class Sighting:
         """Whether the fit may be used."""
         return self.status == "ok" and self.fit is not None
 
+    @property
+    def traced(self) -> bool:
+        """Whether the fit tells where the sphere is, even where it is not good enough for a row of its own."""
+        return self.fit is not None and (self.ok or (self.circle and self.fit.status == "ok"))
+
 
 def sight(frames: Frames, index: int, ground: Background, guess: EllipseShape, look: Look) -> Sighting:
     """Measure one frame as ``look`` says, starting from ``guess``."""
@@ -94,7 +102,8 @@ def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighti
     if not usable(fit):
         return Sighting(index, fit.status if fit.status != "ok" else "poor_fit", fit)
     if look.outline == "circle":
-        return Sighting(index, "ok", fit, free_fit=fit, circle=True)
+        crowded = crowded_share(patch, fit) > MOST_CROWDED
+        return Sighting(index, "occluded" if crowded else "ok", fit, free_fit=fit, circle=True)
     bottom = fit_local_bottom(patch, fit, motion_px=look.motion_px) if look.bottom else None
     if bottom is not None and not abs(bottom.y_px - fit.bottom_y_px) < 1.5 + LARGEST_MISFIT * fit.radius_px:
         bottom = replace(bottom, status="poor_fit")
@@ -115,6 +124,21 @@ def _fit_ellipse(patch: Patch, guess: EllipseShape, look: Look) -> SilhouetteFit
     return fit_silhouette(
         patch, guess, free=look.free, top_y_px=look.top_y_px, motion_px=look.motion_px, level=look.level
     )
+
+
+def crowded_share(patch: Patch, fit: SilhouetteFit) -> float:
+    """Share of a circle's outline that has no plain ground a few pixels outside: a splash ring stands close to it.
+
+    In a gap that is hardly wider than the blur the edge of the sphere and that of the ring pull at each other.
+    """
+    angle = np.arange(0.0, 2.0 * math.pi, 2.0 * math.pi / 180)
+    reach = fit.radius_px + CLEAR_GROUND_PX
+    column = np.rint(fit.center_x_px - patch.x0 + reach * np.cos(angle)).astype(np.intp)
+    row = np.rint(fit.center_y_px - patch.y0 + reach * np.sin(angle)).astype(np.intp)
+    inside = (row >= 0) & (column >= 0) & (row < patch.values.shape[0]) & (column < patch.values.shape[1])
+    if not inside.any():
+        return 1.0
+    return float(np.mean(patch.values[row[inside], column[inside]] < CLEAR_GROUND))
 
 
 def radius_slope(fit: SilhouetteFit) -> NDArray[np.float64]:
