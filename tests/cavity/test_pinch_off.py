@@ -83,11 +83,11 @@ def test_closure_time_is_found_to_a_tenth_of_a_frame(name: str) -> None:
 @pytest.mark.parametrize("exposure", [0.1, 0.5, 0.9])
 @pytest.mark.parametrize("name", LAWS)
 def test_closure_time_bias_and_scatter(name: str, exposure: float, capsys: pytest.CaptureFixture[str]) -> None:
-    errors, pulls = closure_errors(LAWS[name], exposure, 400, seed=1)
+    errors, pulls = closure_errors(LAWS[name], exposure, 120, seed=1)
     rmse = np.sqrt(np.mean(errors**2))
     with capsys.disabled():
         print(f"\n{name}, exposure {exposure}: bias {errors.mean():+.3f}, rmse {rmse:.3f}, pull {pulls.std():.2f}")
-    assert abs(errors.mean()) < 0.07
+    assert abs(errors.mean()) < 0.06 + errors.std() / np.sqrt(errors.size)
     assert rmse < 0.12
 
 
