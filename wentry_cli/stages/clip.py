@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
     from wentry_cli.config.models import View
 
-SAMPLE_BYTES = 48_000_000
+SAMPLE_BYTES = 36_000_000
 MOST_SAMPLES = 28
 FEWEST_SAMPLES = 9
 MOST_EMPTY = 40
@@ -58,16 +58,27 @@ class Clip:
         x0, y0, x1, y1 = region
         return kept[y0:y1, x0:x1]
 
-    def sample(self) -> list[int]:
-        """Read and keep frames that show the whole clip; returns their indices. Bounded in memory."""
-        size = max(1, self.shape[0] * self.shape[1] * (2 if self.full_scale > 255 else 1))
-        limit = int(np.clip(SAMPLE_BYTES // size, FEWEST_SAMPLES, MOST_SAMPLES))
-        for index in sample_indices(self.count, limit):
+    def sample(self) -> tuple[NDArray[Any], list[int]]:
+        """Read and keep frames that show the whole clip: (frames, rows, columns) and their indices. Bounded in memory.
+
+        Raises ``InputError`` where none can be read.
+        """
+        kind = np.uint16 if self.full_scale > 255 else np.uint8
+        size = max(1, self.shape[0] * self.shape[1] * np.dtype(kind).itemsize)
+        wanted = sample_indices(self.count, int(np.clip(SAMPLE_BYTES // size, FEWEST_SAMPLES, MOST_SAMPLES)))
+        stack = np.empty((len(wanted), *self.shape), kind)
+        found: list[int] = []
+        for index in wanted:
             try:
-                self._kept[index] = self.read(index)
+                stack[len(found)] = self.read(index)
             except FrameUnreadableError as error:
                 self._bad[index] = error.status
-        return sorted(self._kept)
+                continue
+            self._kept[index] = stack[len(found)]
+            found.append(index)
+        if not found:
+            raise InputError(f"{self.opened.info.path}: no frame can be read; check the recording")
+        return stack[: len(found)], found
 
     def release(self) -> None:
         """Let go of the sampled frames."""
@@ -104,11 +115,8 @@ def flat_field(drop: Drop, name: str, clip: Clip) -> tuple[Background, list[int]
     Raises ``InputError`` where the background file does not fit the recording.
     """
     view = drop.view(name)
-    sampled = clip.sample()
-    if not sampled:
-        raise InputError(f"{clip.opened.info.path}: no frame can be read; check the recording")
+    samples, sampled = clip.sample()
     if view.background == "auto":
-        samples = np.stack([clip.read(index) for index in sampled])
         return build_background(samples, clip.full_scale, polarity=view.polarity), sampled
     empty = _empty_frames(drop, name, view)
     if empty.shape[1:] != clip.shape:
