@@ -182,7 +182,10 @@ def _in_metres(
     local = columns["bottom_local_y_px"]
     use_local = np.isfinite(local)
     bottom = np.where(use_local, local, columns["bottom_y_px"])
-    columns["stretch_unc"] = np.hypot(columns["stretch_unc"], check.stretch_offset)
+    doubt = np.full(clip.count, abs(check.stretch_offset))
+    for item in sightings:
+        doubt[item.frame] = check.stretch_doubt(item.line)
+    columns["stretch_unc"] = np.hypot(columns["stretch_unc"], doubt)
     columns["bottom_y_px_unc"] = np.hypot(columns["bottom_y_px_unc"], check.bottom_offset_px)
     unc = np.where(use_local, columns["bottom_local_y_px_unc"], columns["bottom_y_px_unc"])
     columns["y_b_m"] = pixel_to_metre(0.0, bottom, pixels)[1]

@@ -67,7 +67,7 @@ class Sighting:
     free_fit: SilhouetteFit | None = None
     wet: bool = False
     circle: bool = False
-    line: float = math.nan
+    line: float = -math.inf
 
     @property
     def ok(self) -> bool:

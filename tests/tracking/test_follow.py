@@ -1,0 +1,73 @@
+from __future__ import annotations
+
+import numpy as np
+
+from tests.tracking.clips import SHAPE, clip, ground_of
+from wentry_cli.contours.ellipse import EllipseShape
+from wentry_cli.errors import FrameUnreadableError
+from wentry_cli.imaging.background import Background
+from wentry_cli.synthetic.still import StillBody
+from wentry_cli.tracking.flight import air_plan
+from wentry_cli.tracking.follow import Watch, follow
+from wentry_cli.tracking.prediction import Path
+from wentry_cli.tracking.source import FrameArray
+
+RADIUS = 22.0
+
+
+def body(frame: int) -> StillBody:
+    return StillBody(80.0, 40.0 + 5 * frame, RADIUS)
+
+
+def start() -> Path:
+    path = Path(RADIUS)
+    for frame in (0, 1):
+        path.add(frame, EllipseShape(80.0, body(frame).center_y_px, RADIUS))
+    return path
+
+
+class Damaged(FrameArray):
+    """Frames of which one cannot be read."""
+
+    def read(self, index: int, region: tuple[int, int, int, int] | None = None) -> np.ndarray:
+        if index == 6:
+            raise FrameUnreadableError("frame 6 is cut off", "bad_frame")
+        return super().read(index, region)
+
+
+def scene() -> tuple[FrameArray, Background]:
+    frames = clip(body, 20)
+    return frames, ground_of(frames)
+
+
+def test_a_bad_frame_is_passed_over() -> None:
+    frames, ground = scene()
+    damaged = Damaged(np.stack([frames.read(k) for k in range(20)]))
+    seen = follow(damaged, ground, start(), range(20), air_plan(SHAPE))
+    assert [item.status for item in seen] == ["ok"] * 6 + ["bad_frame"] + ["ok"] * 13
+
+
+def test_what_is_refused_is_a_poor_fit_and_the_path_does_not_follow_it() -> None:
+    frames, ground = scene()
+    watch = Watch(accept=lambda item: item.frame != 4)
+    seen = follow(frames, ground, start(), range(20), air_plan(SHAPE), watch)
+    assert seen[4].status == "poor_fit"
+    assert all(item.ok for item in seen if item.frame != 4)
+
+
+def test_another_object_is_not_jumped_to() -> None:
+    frames, ground = scene()
+    values = np.stack([frames.read(k) for k in range(20)])
+    values[8:] = values[0]
+    seen = follow(FrameArray(values), ground, start(), range(20), air_plan(SHAPE), Watch(patience=5))
+    assert not any(item.ok for item in seen if item.frame >= 8)
+    assert len(seen) == 13
+
+
+def test_a_lost_sphere_is_found_again_in_the_whole_frame() -> None:
+    frames, ground = scene()
+    values = np.stack([frames.read(k) for k in range(20)])
+    values[4:9] = np.round(ground.level).astype(values.dtype)
+    seen = follow(FrameArray(values), ground, start(), range(20), air_plan(SHAPE), Watch(wet=True))
+    assert not any(item.ok for item in seen[4:9])
+    assert sum(item.ok for item in seen[9:]) >= 10

@@ -1,0 +1,60 @@
+from __future__ import annotations
+
+import pytest
+
+from tests.tracking.clips import SHAPE, clip, ground_of
+from wentry_cli.imaging.background import Background
+from wentry_cli.synthetic.still import StillBody
+from wentry_cli.tracking.flight import air_plan, both_ways
+from wentry_cli.tracking.prediction import Path
+from wentry_cli.tracking.scale import PooledRadius
+from wentry_cli.tracking.seed import find_seed
+from wentry_cli.tracking.shape_check import NO_CHECK, ShapeCheck, check_shape, corrected_radius
+from wentry_cli.tracking.sighting import Sighting
+from wentry_cli.tracking.source import FrameArray
+from wentry_cli.tracking.wet_radius import constrain, pool_sightings
+
+RADIUS, LINE = 36.0, 0.1
+
+
+def check(misfit: tuple[float, float]) -> ShapeCheck:
+    frames = clip(lambda k: StillBody(80.2, 50.0 + 6 * k, RADIUS, misfit=misfit), 16)
+    ground = ground_of(frames)
+    dry = air(frames, ground)
+    wet = [Sighting(item.frame, "ok", item.fit, free_fit=item.fit, wet=True, line=LINE) for item in dry]
+    return check_shape(frames, ground, dry, wet, "accurate")
+
+
+def air(frames: FrameArray, ground: Background) -> list[Sighting]:
+    seed = find_seed(frames, ground, range(0, 16, 2))
+    assert isinstance(seed, Path)
+    seen, _ = both_ways(frames, ground, seed, air_plan(SHAPE), 15)
+    return constrain(seen, pool_sightings(seen, wet=False), wet=False)
+
+
+def test_an_ellipse_passes_unchanged() -> None:
+    found = check((0.0, 0.0))
+    assert found.radius_ratio == pytest.approx(1.0, abs=1e-3)
+    assert abs(found.stretch_offset) < 5e-4
+    assert abs(found.bottom_offset_px) < 0.02
+
+
+def test_half_an_outline_of_another_shape_is_told_apart() -> None:
+    found = check((0.003, 0.004))
+    assert abs(found.radius_ratio - 1.0) > 3e-3
+    assert found.radius_ratio_unc == pytest.approx(0.35 * abs(found.radius_ratio - 1.0), rel=0.5)
+    assert abs(found.bottom_offset_px) > 0.03
+    assert found.stretch_doubt(0.6) > found.stretch_doubt(LINE) > 1e-3
+
+
+def test_the_correction_divides_by_what_air_says_and_adds_its_doubt() -> None:
+    water = PooledRadius(38.0, 0.01, 20, 0.05)
+    corrected = corrected_radius(water, ShapeCheck(1.02, 0.007))
+    assert corrected.value == pytest.approx(38.0 / 1.02)
+    assert corrected.unc == pytest.approx(0.007 * 38.0 / 1.02, rel=0.01)
+    assert corrected_radius(water, NO_CHECK) == water
+
+
+def test_nothing_to_compare_with_is_no_check() -> None:
+    frames = clip(lambda k: StillBody(80.2, 100.0, RADIUS), 3)
+    assert check_shape(frames, ground_of(frames), [], [], "accurate") == NO_CHECK
