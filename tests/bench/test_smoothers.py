@@ -1,8 +1,11 @@
 from __future__ import annotations
 
+import pytest
+
 from wentry_cli.bench.smoothers import METHODS, run
 
 
+@pytest.mark.slow
 def test_ours_has_the_least_error_of_all() -> None:
     rows = run(True, 0)
     assert len(rows) == 4 * len(METHODS)

@@ -1,8 +1,11 @@
 """The table of solvers: rows are there, errors follow the tolerance, ours is the fastest at its error."""
 
+import pytest
+
 from wentry_cli.bench.solvers import OURS, run
 
 
+@pytest.mark.slow
 def test_quick_table():
     rows = run(quick=True, seed=1)
     ours = {row.method: row for row in rows if row.method.startswith("wentry, all events")}

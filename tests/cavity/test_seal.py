@@ -66,10 +66,15 @@ def test_a_clip_that_ends_first_gives_no_time() -> None:
 
 
 def test_no_neck_says_so() -> None:
-    assert find_seal([], scene()).status == "no_neck"
+    vanished = np.where(np.arange(FRAMES) < 60, 101.0, np.nan)
+    assert find_seal([], scene(cavity_top=vanished)).status == "no_neck"
     frames = np.arange(20, 50)
     steady = NeckTrack(frames, np.full(30, 250.0), np.full(30, 40.0), np.full(30, 0.05))
-    assert find_seal([steady], scene()).status == "no_neck"
+    assert find_seal([steady], scene(cavity_top=vanished)).status == "no_neck"
+
+
+def test_a_cavity_that_is_open_to_the_end_has_not_closed_yet() -> None:
+    assert find_seal([], scene()).status == "clip_ended"
 
 
 def test_a_neck_that_is_lost_while_still_wide_has_not_closed() -> None:

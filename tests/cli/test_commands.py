@@ -81,7 +81,7 @@ def _seconds_bare() -> float:
         (("status", "nowhere"), 4, "nowhere: no such folder"),
         (("compare", "nowhere", "nowhere"), 4, "nowhere"),
         (("info", "nowhere"), 4, "nowhere"),
-        (("render", "nowhere.yaml"), 3, "nowhere.yaml"),
+        (("render", "nowhere.yaml"), 4, "nowhere.yaml"),
         (("check", "nowhere"), 4, "nowhere"),
         (("calibrate", "compression", "nowhere.csv", "--diameter-m", "0.05"), 4, "nowhere.csv"),
         (("calibrate", "impact", "nowhere"), 4, "nowhere"),

@@ -57,8 +57,8 @@ def find_seal(tracks: Sequence[NeckTrack], scene: Scene) -> Seal:
 
     The neck that reaches zero first is the pinch-off; it is a ``sphere_seal`` where it closes on the top of the sphere
     (the contact line has run up), else a ``deep_seal``. A cavity that has left the surface before is a
-    ``surface_seal``. Without a closing neck the status is ``clip_ended`` where one still narrows in the last frames,
-    else ``no_neck``.
+    ``surface_seal``. Without a closing neck the status is ``clip_ended`` where one still narrows in the last frames or
+    the cavity is still open in them, else ``no_neck``.
     """
     fits = [_close(track, scene) for track in tracks]
     closed = [(fit.t_s, i) for i, fit in enumerate(fits) if fit.status == "ok"]
@@ -143,5 +143,8 @@ def _not_seen(tracks: Sequence[NeckTrack], fits: Sequence[ClosureFit], scene: Sc
         track.frame[-1] >= last - 3 and fit.status in {"clip_ended", "too_few"}
         for track, fit in zip(tracks, fits, strict=True)
     )
-    status = "clip_ended" if open_at_end else ("poor_fit" if any(f.status == "poor_fit" for f in fits) else "no_neck")
-    return Seal(nan, nan, nan, nan, "", status)
+    refused = any(fit.status == "poor_fit" for fit in fits)
+    still_open = bool(np.isfinite(scene.cavity_top_px[-3:]).any())
+    if open_at_end or (still_open and not refused):
+        return Seal(nan, nan, nan, nan, "", "clip_ended")
+    return Seal(nan, nan, nan, nan, "", "poor_fit" if refused else "no_neck")
