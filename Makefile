@@ -35,7 +35,7 @@ paper: $(STAMP) ## the same with the paper's 24 drops, configs/paper.yaml
 	$(BIN)/wentry run build/paper/videos -o build/paper/results -j $(JOBS)
 
 test: $(STAMP) ## the tests (under 5 minutes on 2 cores)
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 check: $(STAMP) ## lint and types
 	$(BIN)/ruff format --check .
