@@ -11,15 +11,25 @@ from wentry_cli.cli import options as opt
 
 @click.command(name="fit")
 @opt.options(
-    opt.results_argument, opt.jobs, opt.dry_run, opt.until, opt.force, opt.only, opt.as_json, opt.quiet, opt.verbose
+    opt.results_argument,
+    opt.jobs,
+    opt.cluster,
+    opt.dry_run,
+    opt.until("fit"),
+    opt.force("fit"),
+    opt.only,
+    opt.as_json,
+    opt.quiet,
+    opt.verbose,
 )
 def command(
-    results: Path, jobs: int, dry_run: bool, until: str | None, force: str | None, only: tuple[str, ...],
-    as_json: bool, quiet: bool, verbose: bool,
+    results: Path, jobs: int, cluster: str | None, dry_run: bool, until: str | None, force: str | None,
+    only: tuple[str, ...], as_json: bool, quiet: bool, verbose: bool,
 ) -> None:  # fmt: skip
     """Fit model and numbers of each processed drop in RESULTS, then the regressions over all of them."""
     from wentry_cli.cli.console import reporting, show_json, show_plan
     from wentry_cli.runner import commands
+    from wentry_cli.runner.campaign import Hands
     from wentry_cli.runner.plan import Choice
 
     campaign = commands.processed(results, only)
@@ -29,7 +39,7 @@ def command(
         return
     with commands.locked(results):
         with reporting(quiet=quiet, verbose=verbose) as report:
-            commands.fit(campaign, results, choice, jobs, report)
+            commands.fit(campaign, results, choice, Hands(jobs, cluster), report)
         record = commands.finish(campaign, results, "fit")
     if as_json:
         show_json(record)

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import click
 
-from wentry_cli.pipeline import CAMPAIGN_STAGES, STAGE_NAMES
+from wentry_cli.pipeline import stages_of
 
 F = TypeVar("F", bound=Callable[..., Any])
 FOLDER = click.Path(path_type=Path)
@@ -21,15 +21,31 @@ results_option = click.option(
 jobs = click.option(
     "-j", "--jobs", type=click.IntRange(1, 1024), default=1, show_default=True, help="Drops side by side."
 )
+cluster = click.option("--cluster", metavar="ADDRESS", help="Run the drops on this Dask scheduler; storage is shared.")
 dry_run = click.option("-n", "--dry-run", is_flag=True, help="Show what would run, and why; do nothing.")
-until = click.option("--until", type=click.Choice([*STAGE_NAMES, *CAMPAIGN_STAGES]), help="Last stage to run.")
-force = click.option(
-    "--force",
-    is_flag=False,
-    flag_value="all",
-    type=click.Choice(["all", *STAGE_NAMES, *CAMPAIGN_STAGES]),
-    help="Run again even if fresh; --force=STAGE for one stage and what depends on it.",
-)
+
+
+def _stages(*commands: str) -> list[str]:
+    """The stages that the given commands run, in order; ``fit`` ends with that of the campaign."""
+    return [stage.name for stage in stages_of(*commands)] + (["scaling"] if "fit" in commands else [])
+
+
+def until(*commands: str) -> Callable[[F], F]:
+    """Option ``--until`` with the stages of ``commands``."""
+    return click.option("--until", type=click.Choice(_stages(*commands)), help="Last stage to run.")
+
+
+def force(*commands: str) -> Callable[[F], F]:
+    """Option ``--force[=STAGE]`` with the stages of ``commands``."""
+    return click.option(
+        "--force",
+        is_flag=False,
+        flag_value="all",
+        type=click.Choice(["all", *_stages(*commands)]),
+        help="Run again even if fresh; --force=STAGE for one stage and what depends on it.",
+    )
+
+
 settings = click.option(
     "--set", "settings", multiple=True, metavar="KEY.PATH=VALUE", help="Override a configuration key."
 )

@@ -11,11 +11,22 @@ from wentry_cli.cli import options as opt
 
 @click.command(name="process")
 @opt.options(
-    opt.video_dir, opt.results_option, opt.jobs, opt.dry_run, opt.until, opt.force, opt.settings, opt.only, opt.verify,
-    opt.as_json, opt.quiet, opt.verbose,
-)  # fmt: skip
+    opt.video_dir,
+    opt.results_option,
+    opt.jobs,
+    opt.cluster,
+    opt.dry_run,
+    opt.until("process"),
+    opt.force("process"),
+    opt.settings,
+    opt.only,
+    opt.verify,
+    opt.as_json,
+    opt.quiet,
+    opt.verbose,
+)
 def command(
-    video_dir: Path, results: Path, jobs: int, dry_run: bool, until: str | None, force: str | None,
+    video_dir: Path, results: Path, jobs: int, cluster: str | None, dry_run: bool, until: str | None, force: str | None,
     settings: tuple[str, ...], only: tuple[str, ...], verify: bool, as_json: bool, quiet: bool, verbose: bool,
 ) -> None:  # fmt: skip
     """Measure every drop in VIDEO_DIR and write its tables into RESULTS.
@@ -25,6 +36,7 @@ def command(
     """
     from wentry_cli.cli.console import reporting, show_json, show_plan
     from wentry_cli.runner import commands
+    from wentry_cli.runner.campaign import Hands
     from wentry_cli.runner.plan import Choice
 
     campaign = commands.read_campaign(video_dir, settings, only)
@@ -35,7 +47,7 @@ def command(
         return
     with commands.locked(results):
         with reporting(quiet=quiet, verbose=verbose) as report:
-            commands.process(campaign, results, choice, jobs, report)
+            commands.process(campaign, results, choice, Hands(jobs, cluster), report)
         record = commands.finish(campaign, results, "process")
     if as_json:
         show_json(record)

@@ -11,15 +11,25 @@ from wentry_cli.cli import options as opt
 
 @click.command(name="run")
 @opt.options(
-    opt.video_dir, opt.results_option, opt.jobs, opt.dry_run, opt.force, opt.settings, opt.only, opt.quiet, opt.verbose
+    opt.video_dir,
+    opt.results_option,
+    opt.jobs,
+    opt.cluster,
+    opt.dry_run,
+    opt.force("process", "fit"),
+    opt.settings,
+    opt.only,
+    opt.quiet,
+    opt.verbose,
 )
 def command(
-    video_dir: Path, results: Path, jobs: int, dry_run: bool, force: str | None, settings: tuple[str, ...],
-    only: tuple[str, ...], quiet: bool, verbose: bool,
+    video_dir: Path, results: Path, jobs: int, cluster: str | None, dry_run: bool, force: str | None,
+    settings: tuple[str, ...], only: tuple[str, ...], quiet: bool, verbose: bool,
 ) -> None:  # fmt: skip
     """Process VIDEO_DIR into RESULTS, fit and report. Drops that fail do not stop the others."""
     from wentry_cli.cli.console import reporting, show_plan
     from wentry_cli.runner import commands
+    from wentry_cli.runner.campaign import Hands
     from wentry_cli.runner.plan import Choice
     from wentry_cli.stages import report as report_stage
 
@@ -31,9 +41,9 @@ def command(
         return
     with commands.locked(results):
         with reporting(quiet=quiet, verbose=verbose) as report:
-            commands.process(campaign, results, choice, jobs, report)
+            commands.process(campaign, results, choice, Hands(jobs, cluster), report)
             campaign.drops = [drop.with_calibration(results) for drop in campaign.drops]
-            commands.fit(campaign, results, choice, jobs, report)
+            commands.fit(campaign, results, choice, Hands(jobs, cluster), report)
         commands.finish(campaign, results, "run")
         report_stage.run(results, commands.processed(results).drops)
     commands.raise_failures(campaign)

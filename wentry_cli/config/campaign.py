@@ -49,7 +49,7 @@ class Drop:
         """What ``from_record`` needs to make this drop again, as plain data."""
         return {
             "name": self.name,
-            "folder": str(self.folder),
+            "folder": str(self.folder.resolve()),
             "experiment": self.experiment.model_dump(mode="json"),
             "material": None if self.material is None else self.material.model_dump(mode="json"),
             "materials_path": str(self.materials_path),

@@ -38,6 +38,14 @@ class Work:
     choice: Choice = field(default_factory=Choice)
 
 
+@dataclass(frozen=True)
+class Hands:
+    """Who does the work: ``jobs`` processes of this machine, or the Dask scheduler at ``cluster``."""
+
+    jobs: int = 1
+    cluster: str | None = None
+
+
 def single_threaded() -> None:
     """One thread inside each process: the tables must not depend on the number of cores."""
     for name in ONE_THREAD:
@@ -49,13 +57,21 @@ def single_threaded() -> None:
     cv2.setNumThreads(1)
 
 
-def run_campaign(work: Work, drops: list[Drop], jobs: int, report: Report) -> list[Failure]:
-    """Run every drop with at most ``jobs`` processes; the failures come back in the order of the drops."""
+def run_campaign(work: Work, drops: list[Drop], hands: Hands, report: Report) -> list[Failure]:
+    """Run every drop; the failures come back in the order of the drops."""
     single_threaded()
-    if jobs <= 1 or len(drops) <= 1:
+    if hands.cluster is not None:
+        from wentry_cli.runner.cluster import run_on_cluster
+
+        return _in_order(drops, run_on_cluster(hands.cluster, work, drops, report))
+    if hands.jobs <= 1 or len(drops) <= 1:
         found = [run_drop(work.results, drop, work.stages, work.choice, report) for drop in drops]
         return [failure for failure in found if failure is not None]
-    failures = {failure.drop: failure for failure in _side_by_side(work, drops, jobs, report)}
+    return _in_order(drops, _side_by_side(work, drops, hands.jobs, report))
+
+
+def _in_order(drops: list[Drop], found: Iterator[Failure]) -> list[Failure]:
+    failures = {failure.drop: failure for failure in found}
     return [failures[drop.name] for drop in drops if drop.name in failures]
 
 

@@ -12,7 +12,7 @@ from wentry_cli.config.campaign import Drop, find_drops, read_drop
 from wentry_cli.config.places import Document, Place, read_value
 from wentry_cli.errors import CampaignError, ConfigurationError, InputError, WentryError
 from wentry_cli.pipeline import stages_of
-from wentry_cli.runner.campaign import Work, run_campaign, single_threaded
+from wentry_cli.runner.campaign import Hands, Work, run_campaign, single_threaded
 from wentry_cli.runner.drop import Event, Failure, Report
 from wentry_cli.runner.lock import locked
 from wentry_cli.runner.plan import Choice, Step, plan
@@ -78,16 +78,16 @@ def _selected(names: list[str], only: tuple[str, ...], where: Path) -> list[str]
     return [name for name in names if not only or name in only]
 
 
-def process(campaign: Campaign, results: Path, choice: Choice, jobs: int, report: Report) -> None:
+def process(campaign: Campaign, results: Path, choice: Choice, hands: Hands, report: Report) -> None:
     """Run the measuring stages; failures are added to ``campaign``."""
     for failure in campaign.failures:
         report(Event(failure.drop, failure.stage, "failed", failure.sentence))
-    _run(campaign, results, "process", choice, jobs, report)
+    _run(campaign, results, "process", choice, hands, report)
 
 
-def fit(campaign: Campaign, results: Path, choice: Choice, jobs: int, report: Report) -> None:
+def fit(campaign: Campaign, results: Path, choice: Choice, hands: Hands, report: Report) -> None:
     """Run model and summary of each drop, then the regressions over the campaign."""
-    _run(campaign, results, "fit", choice, jobs, report)
+    _run(campaign, results, "fit", choice, hands, report)
     if choice.until is None or choice.until == "scaling":
         from wentry_cli.stages import scaling
 
@@ -103,9 +103,9 @@ def _without_failures(campaign: Campaign) -> list[Drop]:
     return [drop for drop in campaign.drops if drop.name not in failed]
 
 
-def _run(campaign: Campaign, results: Path, command: str, choice: Choice, jobs: int, report: Report) -> None:
+def _run(campaign: Campaign, results: Path, command: str, choice: Choice, hands: Hands, report: Report) -> None:
     work = Work(results, stages_of(command), choice)
-    campaign.failures += run_campaign(work, _without_failures(campaign), jobs, report)
+    campaign.failures += run_campaign(work, _without_failures(campaign), hands, report)
 
 
 def processed(results: Path, only: tuple[str, ...] = ()) -> Campaign:
