@@ -182,3 +182,16 @@ def test_top_view_alone_and_a_saturated_ground(tmp_path):
     first = cv2.imread(str(frames[0]), cv2.IMREAD_UNCHANGED)
     assert (first == 255).mean() > 0.5
     assert first[48, 48] < 60
+
+
+@pytest.mark.parametrize(("kind", "surface"), [("water_entry", 80.4), ("water_entry", 80.7), ("surface_impact", 250.4)])
+def test_the_surface_is_drawn_at_the_row_of_the_truth(kind, surface):
+    scene = make_scene(kind=kind, side={"width": 200, "height": 320, "scale_px_per_m": 800.0, "surface_y_px": surface})
+    picture = film(scene)
+    for frame in (picture.background, picture.transmission(-0.002)):
+        hidden = 1.0 - frame[:, 3].astype(float)
+        if kind == "water_entry":
+            row = float((hidden * np.arange(320)).sum() / hidden.sum())
+        else:
+            row = 319.5 - float(hidden.sum()) / 0.88
+        assert row == pytest.approx(surface, abs=1e-4)

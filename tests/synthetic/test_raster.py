@@ -42,11 +42,13 @@ def test_straight_edge_is_a_blurred_step_integrated_over_the_pixel(edge):
     assert np.abs(image[60] - expected).max() < 2e-5
 
 
-@pytest.mark.parametrize("edge", [40.0, 40.31, 40.77])
-def test_level_edge_lies_within_half_a_scan_line(edge):
+@pytest.mark.parametrize("edge", [40.0, 40.001, 40.125, 40.31, 40.4, 40.77, 40.999])
+def test_level_edge_is_where_it_is(edge):
     image = draw_polygons([[Polygon(rectangle(-50.0, edge, 300.0, 300.0), 0.0, 1)]], WINDOW, 1.0)
-    depth = (1.0 - image[:, 64]).sum()
-    assert 119.5 - depth == pytest.approx(edge, abs=0.5 / 256 + 1e-4)
+    depth = (1.0 - image[:, 64].astype(float)).sum()
+    assert 119.5 - depth == pytest.approx(edge, abs=5e-5)
+    y = np.arange(120)[:, None] + np.linspace(-0.4995, 0.4995, 1000)[None, :]
+    assert np.abs(image[:, 64] - (1.0 - ndtr(y - edge).mean(axis=1))).max() < 2e-3
 
 
 @pytest.mark.parametrize("row", [45, 60, 70])

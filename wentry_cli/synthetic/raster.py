@@ -3,7 +3,8 @@
 Every polygon carries a layer and a grey level; where polygons overlap, the highest layer is seen. Scan lines cross the
 outlines at exact abscissae; each step of the visible level is laid down as a step that has been blurred by the point
 spread function and integrated over the pixel, so the horizontal position of an edge is exact and the vertical one is
-limited by the number of scan lines (16 in a pixel, 256 where an outline turns around), not by the pixel.
+limited by the number of scan lines (16 in a pixel, 256 where an outline turns around), not by the pixel; a level edge
+(the free surface, a plate) lies between two scan lines and is exact.
 """
 
 from __future__ import annotations
@@ -129,7 +130,7 @@ def _add_step(row, u, step, table):  # type: ignore[no-untyped-def]
 @compiled
 def _lay_steps(fine, crossings, levels, layers, table, placing):  # type: ignore[no-untyped-def]
     count, xs, who, sense = crossings
-    x0, share, begin = placing
+    x0, share, weights, begin = placing
     m = 0
     winding = np.zeros(levels.size, np.int64)
     active = np.empty(levels.size, np.int64)
@@ -147,7 +148,7 @@ def _lay_steps(fine, crossings, levels, layers, table, placing):  # type: ignore
                 n_active = _enter_or_leave(active, n_active, p, before == 0)
             top = _see_through(active, n_active, levels, layers)
             if top != seen:
-                _add_step(fine[m], xs[i] - x0, (top - seen) * share / (begin[m + 1] - begin[m]), table)
+                _add_step(fine[m], xs[i] - x0, (top - seen) * share * weights[k], table)
             seen = top
         for i in range(a, b):
             winding[who[i]] = 0
@@ -188,11 +189,11 @@ def lay_polygons(
     points = np.concatenate([p.points for p in polygons])
     starts = np.cumsum([0] + [len(p.points) for p in polygons])
     first = window.y0 - 0.5 - reach / GRID_ROWS
-    heights, begin = place_lines(points, starts, first, fine.shape[0], GRID_ROWS)
+    heights, weights, begin = place_lines(points, starts, first, fine.shape[0], GRID_ROWS)
     crossings = find_crossings(points, starts, heights)
     levels = np.array([p.level for p in polygons])
     layers = np.array([p.layer for p in polygons])
-    _lay_steps(fine, crossings, levels, layers, _step_table(psf_px), (float(window.x0), weight, begin))
+    _lay_steps(fine, crossings, levels, layers, _step_table(psf_px), (float(window.x0), weight, weights, begin))
 
 
 def finish_rows(fine: NDArray[np.float32], window: Window, psf_px: float) -> NDArray[np.float32]:

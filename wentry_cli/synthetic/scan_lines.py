@@ -13,8 +13,13 @@ NARROW_PX = 20.0
 
 @compiled
 def place_lines(points, starts, first, n_fine, grid_rows):  # type: ignore[no-untyped-def]
-    """Heights of the scan lines and the first line of each fine row: many more where a wide outline turns around."""
+    """Heights and weights of the scan lines and the first line of each fine row.
+
+    Where a wide outline turns around there are many more, and where it has a level edge a boundary between two lines
+    lies on that edge, so that the edge is drawn where it is. Weights are shares of a fine row.
+    """
     lines = np.full(n_fine, LINES_PER_FINE_ROW)
+    level = np.full(n_fine, 0.5)
     for p in range(starts.size - 1):
         a, b = starts[p], starts[p + 1]
         if points[a:b, 0].max() - points[a:b, 0].min() < NARROW_PX:
@@ -24,17 +29,27 @@ def place_lines(points, starts, first, n_fine, grid_rows):  # type: ignore[no-un
             after = points[i + 1 if i + 1 < b else a, 1]
             y = points[i, 1]
             if (y - before) * (after - y) <= 0.0:
-                row = int(np.floor((y - first) * grid_rows))
+                place = (y - first) * grid_rows
+                row = int(np.floor(place))
                 for m in range(max(row - 1, 0), min(row + 2, n_fine)):
                     lines[m] = LINES_AT_TURNS
+                if (y == before or y == after) and 0 <= row < n_fine:
+                    level[row] = place - row
     begin = np.zeros(n_fine + 1, np.int64)
     for m in range(n_fine):
         begin[m + 1] = begin[m] + lines[m]
     heights = np.empty(begin[-1])
+    weights = np.empty(begin[-1])
     for m in range(n_fine):
-        for k in range(lines[m]):
-            heights[begin[m] + k] = first + (m + (k + 0.5) / lines[m]) / grid_rows
-    return heights, begin
+        n, edge = lines[m], level[m]
+        over = min(max(int(np.round(edge * n)), 1), n - 1)
+        for k in range(n):
+            upper = k < over
+            step = edge / over if upper else (1.0 - edge) / (n - over)
+            at = (k + 0.5) * step if upper else edge + (k - over + 0.5) * step
+            heights[begin[m] + k] = first + (m + at) / grid_rows
+            weights[begin[m] + k] = step
+    return heights, weights, begin
 
 
 @compiled
