@@ -42,8 +42,7 @@ def draw(
     still_body = StillBody(x, y, radius, stretch, **(body or {}))
     size = (int(2 * along + 1), int(2 * across * (1.0 - crop) + 1))
     still = draw_still(still_body, still_light, size, rng)
-    # the renderer turns the other way
-    shape = EllipseShape(x + origin[0], y + origin[1], radius, stretch, -still_body.tilt_deg)
+    shape = EllipseShape(x + origin[0], y + origin[1], radius, stretch, still_body.tilt_deg)
     return Scene(
         Patch(np.ascontiguousarray(still.flat), *origin),
         shape,

@@ -42,7 +42,7 @@ def test_a_misfit_moves_the_ellipse_but_not_the_cap(misfit):
 
 
 def test_the_column_is_that_of_the_lowest_point_of_a_tilted_ellipse():
-    s = draw(3, body={"tilt_deg": -5.0})
+    s = draw(3, body={"tilt_deg": 5.0})
     fit = fit_silhouette(s.patch, s.shape, free="x y stretch tilt", top_y_px=s.top_y)
     cap = fit_local_bottom(s.patch, fit)
     tilt = math.radians(5.0)

@@ -104,7 +104,7 @@ def test_a_guess_off_by_several_pixels_converges_to_the_same(off, level):
 
 @pytest.mark.parametrize("free", ["x y", "x y R", "x y stretch", "x y R stretch", "x y R stretch tilt"])
 def test_every_free_set(free):
-    s = draw(4, visible=1.0, body={"tilt_deg": -4.0})
+    s = draw(4, visible=1.0, body={"tilt_deg": 4.0})
     guess = replace(s.shape, x=s.shape.x + 1.0, y=s.shape.y - 1.0)
     fit = fit_silhouette(s.patch, guess, free=free)
     names = free.split()

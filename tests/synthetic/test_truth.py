@@ -63,7 +63,8 @@ def test_misfit_moves_the_lowest_point_and_the_half_width():
     times = np.array([-0.004])
     (a,), (b,) = tabulate_side(plain, times), tabulate_side(misfit, times)
     assert b["stretch"] == pytest.approx(1.01, abs=1e-5)
-    assert b["y_b_m"] == pytest.approx(a["y_b_m"] - 0.01 * 0.0255, abs=1e-7)
+    assert b["y_b_m"] == pytest.approx(a["y_b_m"], abs=1e-7)
+    assert b["y_c_m"] - a["y_c_m"] == pytest.approx(0.01 * 0.0255, abs=1e-7)
 
 
 def test_impact_falls_between_frames_and_clock_starts_at_the_first():
@@ -115,3 +116,65 @@ def test_separation_is_where_the_drawn_wall_meets_the_sphere(soft_course):
         contact = float(find_contact(soft_course.motion, soft_course.scene.physics, np.array([t]))[0][0])
         assert separation == pytest.approx(-contact, abs=1e-9)
         assert now.depth[-1] == pytest.approx(contact, abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["water_entry", "surface_impact"])
+@pytest.mark.parametrize(
+    "switches",
+    [
+        {},
+        {"misfit": [0.003, 0.004]},
+        {"misfit": [-0.01, 0.01]},
+        {"tilt_deg": 8.0},
+        {"tilt_deg": -5.0, "misfit": [0.01, 0.0]},
+    ],
+)
+def test_impact_is_the_contact_of_the_lowest_point(kind, switches):
+    course, _ = plan_scene(make_scene(kind=kind, switches=switches))
+    before, impact, after = tabulate_side(course, np.array([-1e-4, 0.0, 1e-4]))
+    assert impact["y_b_m"] == pytest.approx(0.0, abs=1e-8)
+    assert before["y_b_m"] > 1e-4
+    assert after["y_b_m"] < 1e-8
+    times = np.array([0.002, 0.012, 0.03])
+    bottom = [row["y_b_m"] for row in tabulate_side(course, times)]
+    np.testing.assert_allclose(course.motion.bottom(times), bottom, atol=2e-8)
+
+
+def test_tilt_leaves_the_stretch_and_lowers_the_lowest_point(soft_course):
+    tilted, _ = plan_scene(make_scene(switches={"tilt_deg": 10.0}))
+    t = float(soft_course.motion.stretch(np.linspace(0.0, 0.02, 200))[0].argmax()) * 0.02 / 199
+    (row,) = tabulate_side(tilted, np.array([t]))
+    stretch = float(tilted.motion.stretch(t)[0])
+    assert row["stretch"] == pytest.approx(stretch, rel=1e-12)
+    c, s = np.cos(np.radians(10.0)), np.sin(np.radians(10.0))
+    below = 0.0255 * np.hypot(c / stretch**2, s * stretch)
+    assert row["y_c_m"] - row["y_b_m"] == pytest.approx(below, rel=1e-6)
+    now = see_instant(tilted, t)
+    # a wide body whose lower pole moves to the right has its lowest point on the left
+    assert now.outline[int(np.argmin(now.outline[:, 1])), 0] < 0.0
+    assert now.outline[0, 0] > 0.0
+
+
+def test_top_view_shows_the_greatest_half_width():
+    top = {"width": 200, "height": 200, "scale_px_per_m": 1500.0}
+    course, _ = plan_scene(make_scene(top=top, switches={"misfit": [0.0, 0.01]}))
+    (above,), (beside,) = (f(course, np.array([-0.002])) for f in (tabulate_top, tabulate_side))
+    assert above["stretch"] == beside["stretch"] == pytest.approx(1.01, abs=1e-6)
+    assert above["radius_px"] == pytest.approx(1.01 * 0.0255 * 1500.0, abs=1e-4)
+
+
+def test_a_plate_flattens_the_sphere():
+    view = {"width": 200, "height": 200, "scale_px_per_m": 1500.0}
+    plain, flat = (
+        plan_scene(make_scene(kind="surface_impact", side=view, physics={"contact_patch": c}))[0] for c in (0.0, 0.15)
+    )
+    t = np.linspace(0.0, 0.01, 60)
+    row = tabulate_side(flat, t)[30]
+    now = see_instant(flat, float(t[30]))
+    patch = now.outline[now.outline[:, 1] <= 1e-12]
+    assert row["stretch"] > 1.2
+    assert row["y_b_m"] == pytest.approx(0.0, abs=1e-9)
+    assert np.ptp(patch[:, 0]) > 0.3 * 0.0255
+    assert flat.motion.center(t[30])[0] < plain.motion.center(t[30])[0]
+    y, v, _ = flat.motion.center(t[2:])
+    np.testing.assert_allclose(np.gradient(y, t[2:])[2:-2], v[2:-2], atol=0.05 * np.abs(v).max())

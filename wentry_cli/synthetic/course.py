@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.synthetic.entry_dynamics import Motion, solve_entry
+from wentry_cli.synthetic.outline import describe_shape
 from wentry_cli.synthetic.ring_cavity import Cavity, build_cavity
 from wentry_cli.synthetic.scene import Scene
 from wentry_cli.synthetic.stretch_dynamics import solve_oscillation
@@ -48,15 +49,20 @@ def _solve_flight(scene: Scene, end_s: float) -> Motion:
 def _solve_plate(scene: Scene, end_s: float) -> Motion:
     """A sphere that lands on a rigid plate, stays in contact while it pushes, and leaves when it pulls.
 
-    In contact the lowest point rests on the plate, y_c = R/stretch^2; it leaves when that would need an acceleration
-    below -g, and flies freely while it goes on oscillating.
+    In contact the lowest point rests on the plate (y_c = R/stretch^2 for an ellipsoid), sunk by
+    ``physics.contact_patch`` R (1 - 1/stretch^2)^2 where the plate flattens it. It leaves when that would need an
+    acceleration below -g, and flies freely while it goes on oscillating.
     """
     radius, u, g = 0.5 * scene.sphere.diameter_m, scene.speed_m_s, scene.physics.gravity_m_s2
     physics = scene.physics.model_copy(update={"loading_rate": 0.5, "loading_time": 0.02, "period_factor": 1.0})
     swing = solve_oscillation(scene.sphere.law, radius, scene.sphere.density_kg_m3, u, physics, end_s=end_s)
     grid = np.linspace(0.0, end_s, 40001)
     stretch, rate = swing.at(grid)
-    height, velocity = radius / stretch**2, -2.0 * radius * rate / stretch**3
+    shape = describe_shape(scene.switches.tilt_deg, scene.switches.misfit)
+    pressed = np.maximum(1.0 - stretch**-2, 0.0)
+    height = radius * (shape.lowest(stretch) - physics.contact_patch * pressed**2)
+    slope = shape.lowest_slope(stretch) - 4.0 * physics.contact_patch * pressed / stretch**3
+    velocity = radius * slope * rate
     pull = np.gradient(velocity, grid)
     leaving = np.flatnonzero((pull < -g) & (grid > 2.0 * 0.02 * radius / u) & (velocity > 0.0))
     leave = int(leaving[0]) if leaving.size else grid.size - 1
@@ -71,7 +77,7 @@ def _solve_plate(scene: Scene, end_s: float) -> Motion:
     def stretch_at(t: Floats) -> tuple[Floats, Floats]:
         return swing.at(t)
 
-    return Motion(radius, u, g, state, lambda t: np.interp(t, grid, pull), stretch_at, end_s)
+    return Motion(radius, u, g, state, lambda t: np.interp(t, grid, pull), stretch_at, end_s, shape)
 
 
 def plan_course(scene: Scene, phase: float) -> Course:

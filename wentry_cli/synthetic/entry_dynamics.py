@@ -9,15 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from wentry_cli.synthetic.outline import Shape, describe_shape
 from wentry_cli.synthetic.scene import Scene
 from wentry_cli.synthetic.stretch_dynamics import Oscillation, solve_oscillation
 
 Floats = NDArray[np.float64]
+ELLIPSOID = Shape(1.0, None)
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Everything about the sphere against time after first contact (s), heights in metres above the surface."""
+    """Everything about the sphere against time after first contact (s), heights in metres above the surface.
+
+    At time 0 the lowest point of ``shape`` is at height 0, whatever the shape.
+    """
 
     radius_m: float
     speed_m_s: float
@@ -26,6 +31,7 @@ class Motion:
     acceleration: Callable[[Floats], Floats]
     stretch_at: Callable[[Floats], tuple[Floats, Floats]]
     end_s: float
+    shape: Shape = ELLIPSOID
 
     def center(self, t: Floats | float) -> tuple[Floats, Floats, Floats]:
         """Height, velocity and acceleration of the centre."""
@@ -33,7 +39,8 @@ class Motion:
         g, u = self.gravity_m_s2, self.speed_m_s
         before = t < 0.0
         state = self.state(np.clip(t, 0.0, self.end_s).ravel()).reshape((-1, *t.shape))
-        y = np.where(before, self.radius_m - u * t - 0.5 * g * t * t, state[0])
+        first = self.radius_m * float(self.shape.lowest(1.0))
+        y = np.where(before, first - u * t - 0.5 * g * t * t, state[0])
         v = np.where(before, -u - g * t, state[1])
         a = np.where(before, -g, self.acceleration(np.clip(t, 0.0, self.end_s).ravel()).reshape(t.shape))
         return y, v, a
@@ -43,8 +50,8 @@ class Motion:
         return self.stretch_at(np.asarray(t, float))
 
     def bottom(self, t: Floats | float) -> Floats:
-        """Height of the lowest point of the ellipsoid."""
-        return self.center(t)[0] - self.radius_m / self.stretch(t)[0] ** 2
+        """Height of the lowest point."""
+        return np.asarray(self.center(t)[0] - self.radius_m * self.shape.lowest(self.stretch(t)[0]))
 
 
 def _wetted_share(depth: Floats) -> tuple[Floats, Floats]:
@@ -61,7 +68,7 @@ def _clock(scene: Scene, y: Floats) -> Floats:
     return np.asarray(1.0 / (physics.period_factor * (1.0 + growth)))
 
 
-def _force_balance(scene: Scene, oscillation: Oscillation) -> Callable[[Floats], Floats]:
+def _force_balance(scene: Scene, oscillation: Oscillation, shape: Shape) -> Callable[[Floats], Floats]:
     """Acceleration of the centre from its state (height, velocity, material time), for one state or many."""
     physics, ball = scene.physics, scene.sphere
     radius = 0.5 * ball.diameter_m
@@ -73,8 +80,8 @@ def _force_balance(scene: Scene, oscillation: Oscillation) -> Callable[[Floats],
         y, v, tau = state
         stretch, rate = oscillation.at(tau)
         rate = rate * _clock(scene, y)
-        bottom = y - radius / stretch**2
-        bottom_rate = v + 2.0 * radius * rate / stretch**3
+        bottom = y - radius * shape.lowest(stretch)
+        bottom_rate = v - radius * shape.lowest_slope(stretch) * rate
         share, share_slope = _wetted_share(-bottom / radius)
         added = physics.added_mass * water * volume * stretch**3
         growth = added * (share_slope * -bottom_rate / radius + 3.0 * share * rate / stretch)
@@ -99,14 +106,15 @@ def solve_entry(scene: Scene, *, end_s: float) -> Motion:
     oscillation = solve_oscillation(
         scene.sphere.law, radius, scene.sphere.density_kg_m3, speed, physics, end_s=1.2 * end_s + 1e-3
     )
-    balance = _force_balance(scene, oscillation)
+    shape = describe_shape(scene.switches.tilt_deg, scene.switches.misfit)
+    balance = _force_balance(scene, oscillation, shape)
 
     def derivative(_: float, state: Floats) -> list[float]:
         return [float(state[1]), float(balance(state)), float(_clock(scene, state[0]))]
 
     step = 0.02 * radius / speed
     solution = solve_ivp(
-        derivative, (0.0, end_s), [radius, -speed, 0.0], "DOP853",
+        derivative, (0.0, end_s), [radius * float(shape.lowest(1.0)), -speed, 0.0], "DOP853",
         rtol=1e-8, atol=1e-10, dense_output=True, first_step=step / 100, max_step=20 * step,
     )  # fmt: skip
     if not solution.success:
@@ -120,4 +128,4 @@ def solve_entry(scene: Scene, *, end_s: float) -> Motion:
     def acceleration(t: Floats) -> Floats:
         return balance(solution.sol(t))
 
-    return Motion(radius, speed, physics.gravity_m_s2, solution.sol, acceleration, stretch_at, end_s)
+    return Motion(radius, speed, physics.gravity_m_s2, solution.sol, acceleration, stretch_at, end_s, shape)

@@ -33,7 +33,7 @@ def place_lines(points, starts, first, n_fine, grid_rows):  # type: ignore[no-un
                 row = int(np.floor(place))
                 for m in range(max(row - 1, 0), min(row + 2, n_fine)):
                     lines[m] = LINES_AT_TURNS
-                if (y == before or y == after) and 0 <= row < n_fine:
+                if y in (before, after) and 0 <= row < n_fine:
                     level[row] = place - row
     begin = np.zeros(n_fine + 1, np.int64)
     for m in range(n_fine):

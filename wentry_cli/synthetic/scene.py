@@ -68,6 +68,7 @@ class Physics(Part):
     crown_speed: Positive = 0.35
     crown_lean: Positive = 0.35
     dome_over_time: Positive = 3.5
+    contact_patch: Annotated[float, Field(ge=0, le=0.5)] = 0.0
 
 
 class Lamp(Part):

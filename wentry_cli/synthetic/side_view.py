@@ -56,6 +56,8 @@ def see_instant(course: Course, t: float) -> Instant:
     outline = draw_sphere_outline(motion.radius_m, stretch, tilt_deg=switches.tilt_deg, misfit=switches.misfit)
     x = switches.drift_m_s * t
     outline = np.column_stack([outline[:, 0] + x, y - outline[:, 1]])
+    if scene.kind == "surface_impact":
+        outline[:, 1] = np.maximum(outline[:, 1], 0.0)  # the plate flattens what would lie below it
     if course.cavity is None or t <= 0.0:
         return Instant(t, x, y, stretch, outline, np.empty(0), np.empty(0), np.empty(0))
     wall = course.cavity.wall(t)

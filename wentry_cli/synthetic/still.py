@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.synthetic.camera_noise import Sensor, expose_frame, make_light
-from wentry_cli.synthetic.outline import draw_blob, draw_sphere_outline, measure_outline
+from wentry_cli.synthetic.outline import describe_shape, draw_blob, draw_sphere_outline, measure_outline
 from wentry_cli.synthetic.raster import Polygon, Window, draw_polygons
 
 Floats = NDArray[np.float64]
@@ -19,7 +19,8 @@ class StillBody:
     """A deformed sphere in pixels; ``separation_y_px`` joins a dark cavity to it above that row (NaN: none).
 
     ``cavity_flare`` widens the cavity upward (pixels across per pixel up); ``misfit`` is (e3, e4) of
-    ``outline.draw_sphere_outline``; ``motion_px`` is the displacement during the exposure.
+    ``outline.draw_sphere_outline``; a positive ``tilt_deg`` moves the lower pole to the right; ``motion_px`` is the
+    displacement during the exposure.
     """
 
     center_x_px: float
@@ -54,7 +55,11 @@ class StillLight:
 
 @dataclass(frozen=True)
 class Still:
-    """A frame and its truth: noiseless ``transmission``, noisy grey ``levels``, ``light`` of the empty frame."""
+    """A frame and its truth: noiseless ``transmission``, noisy grey ``levels``, ``light`` of the empty frame.
+
+    ``half_width_px`` is the greatest one across the body's own axis (stretch times R), ``bottom_y_px`` the lowest
+    point in the picture.
+    """
 
     levels: NDArray[np.uint8] | NDArray[np.uint16]
     light: NDArray[np.float32]
@@ -134,7 +139,8 @@ def draw_still(body: StillBody, light: StillLight, shape: tuple[int, int], rng: 
     The centre of the first pixel is (0, 0). ``rng`` makes the noise and places droplets and spots.
     """
     outline = draw_sphere_outline(body.radius_px, body.stretch, tilt_deg=body.tilt_deg, misfit=body.misfit)
-    half_width, bottom = measure_outline(outline)
+    _, bottom = measure_outline(outline)
+    half_width = body.stretch * body.radius_px * describe_shape(0.0, body.misfit).widest
     still = _scatter_bright_spots(body, light.bright_spots, rng)
     still += _hide_with_droplets(body, outline, light.droplets, rng) if light.droplets else []
     if light.splash_ring:

@@ -31,6 +31,12 @@ def find_magnification(course: Course, height_m: float) -> float:
     return camera.camera_distance_m / (camera.camera_distance_m - height_m)
 
 
+def find_half_width(course: Course, t: float) -> float:
+    """Radius of the circle that the sphere shows from above, in metres."""
+    motion = course.motion
+    return float(motion.stretch(t)[0]) * motion.shape.widest * motion.radius_m
+
+
 def _ragged(course: Course, t: float, amount: float) -> Floats:
     rng = np.random.default_rng(course.scene.seed + 5)
     theta = np.arange(POINTS) * (2.0 * np.pi / POINTS)
@@ -69,7 +75,7 @@ def shows_circle(course: Course, t: float) -> bool:
     camera = course.scene.top
     assert camera is not None
     magnification = find_magnification(course, float(course.motion.center(t)[0]))
-    radius = float(course.motion.stretch(t)[0]) * course.motion.radius_m * magnification
+    radius = find_half_width(course, t) * magnification
     if radius * camera.scale_px_per_m > 0.5 * min(camera.width, camera.height) - 3.0:
         return False
     ring = find_splash_ring(course, t)
@@ -86,13 +92,13 @@ def draw_top_instant(course: Course, t: float) -> list[Polygon]:
     camera, scene = course.scene.top, course.scene
     assert camera is not None
     motion = course.motion
-    y, stretch = float(motion.center(t)[0]), float(motion.stretch(t)[0])
+    y = float(motion.center(t)[0])
     magnification = find_magnification(course, y)
     middle_x = 0.5 * (camera.width - 1) if camera.center_x_px is None else camera.center_x_px
     middle_y = 0.5 * (camera.height - 1)
     middle = np.array([middle_x, middle_y])
     drift = np.array([scene.switches.drift_m_s * t * camera.scale_px_per_m * magnification, 0.0])
-    radius = stretch * motion.radius_m * camera.scale_px_per_m * magnification
+    radius = find_half_width(course, t) * camera.scale_px_per_m * magnification
     polygons = [Polygon(_circle(radius) + middle + drift, camera.lamp.dark, 1)]
     ring = find_splash_ring(course, t)
     if ring is not None:

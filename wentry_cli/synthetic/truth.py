@@ -1,4 +1,8 @@
-"""What is true in a rendered drop: tables frame by frame, necks, and the numbers of the drop."""
+"""What is true in a rendered drop: tables frame by frame, necks, and the numbers of the drop.
+
+The stretch is the greatest half-width over R across the body's own axis (``outline`` says what that means for misfit
+and tilted shapes), y_b the lowest point of the drawn outline, and time 0 its first contact: y_b = 0 there.
+"""
 
 from __future__ import annotations
 
@@ -61,16 +65,17 @@ def is_measurable(course: Course, now: Instant, separation_m: float) -> bool:
 def tabulate_side(course: Course, times: Floats) -> list[dict[str, Any]]:
     """Rows of truth.csv at ``times`` (mid-exposure, after impact)."""
     y, v, a = course.motion.center(times)
+    widest = course.motion.shape.widest
     camera = course.scene.side or course.scene.top
     empty = camera.empty_frames if camera is not None else 0
     rows = []
     for k, t in enumerate(times):
         now = see_instant(course, float(t))
         about = now.outline - (now.x_m, now.y_c_m)
-        half, below = measure_outline(np.column_stack([about[:, 0], -about[:, 1]]))
+        _, below = measure_outline(np.column_stack([about[:, 0], -about[:, 1]]))
         separation = find_separation(course, now)
         rows.append({
-            "frame": k, "time_s": float(t - times[0]), "t_s": float(t), "stretch": half / course.motion.radius_m,
+            "frame": k, "time_s": float(t - times[0]), "t_s": float(t), "stretch": now.stretch * widest,
             "y_b_m": now.y_c_m - below, "y_c_m": float(y[k]), "v_c_m_s": float(v[k]), "a_c_m_s2": float(a[k]),
             "separation_y_m": separation, "measurable": int(k >= empty and is_measurable(course, now, separation)),
         })  # fmt: skip
@@ -85,6 +90,7 @@ def tabulate_top(course: Course, times: Floats) -> list[dict[str, Any]]:
     for k, t in enumerate(times):
         y, stretch = float(course.motion.center(t)[0]), float(course.motion.stretch(t)[0])
         magnification = find_magnification(course, y)
+        stretch *= course.motion.shape.widest
         radius = stretch * course.motion.radius_m
         apparent = radius * camera.scale_px_per_m * magnification
         rows.append({
