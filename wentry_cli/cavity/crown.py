@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 
+from wentry_cli.imaging.components import find_dark_parts
 from wentry_cli.imaging.patch import Patch
 
 FAINTEST = 0.2  # of the ground: the film of the crown is translucent
@@ -18,19 +18,17 @@ def rim_width(patch: Patch, axis_x_px: float) -> float:
     ``patch`` shows what lies above the surface, its last row just above the surface band; the crown is the dark
     component that stands on that row and crosses the axis. Droplets above it are other components.
     """
-    values = patch.values
-    dark = (values < 1.0 - max(FAINTEST, 5.0 * patch.noise_floor)).astype(np.uint8)
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(dark, connectivity=4, ltype=cv2.CV_32S)
+    level = 1.0 - max(FAINTEST, 5.0 * patch.noise_floor)
+    parts = find_dark_parts(patch.values, level, diagonal=False)
     axis = round(axis_x_px) - patch.x0
-    best = 0
-    for index in {int(label) for label in labels[-3:].ravel()} - {0}:
-        left, _, width, height, area = stats[index]
-        crosses = left <= axis < left + width and height > LOWEST_RIM_PX
-        if crosses and (best == 0 or area > stats[best][4]):
-            best = index
-    if best == 0:
+    standing = np.zeros(len(parts.boxes), np.bool_)
+    standing[parts.label[parts.row >= parts.shape[0] - 3]] = True
+    left, top, right, bottom, area = parts.boxes.T
+    crossing = standing & (left <= axis) & (axis <= right) & (bottom - top + 1 > LOWEST_RIM_PX)
+    if not crossing.any():
         return float("nan")
-    top = int(stats[best][1])
-    rows = (labels[top:] == best)[RIM_ROWS]
-    spans = [np.flatnonzero(row) for row in rows if row.any()]
-    return float(np.median([span[-1] - span[0] + 1 for span in spans])) if spans else float("nan")
+    best = int(np.argmax(np.where(crossing, area, -1)))
+    rim = (parts.label == best) & (parts.row >= top[best] + RIM_ROWS.start) & (parts.row < top[best] + RIM_ROWS.stop)
+    rows = parts.row[rim]
+    spans = [parts.last[rim][rows == row].max() - parts.first[rim][rows == row].min() + 1 for row in np.unique(rows)]
+    return float(np.median(spans)) if spans else float("nan")

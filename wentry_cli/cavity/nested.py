@@ -7,7 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import find_peaks
+
+from wentry_cli.cavity.minimum import interior_minima, prominence_of
 
 Floats = NDArray[np.float64]
 
@@ -38,7 +39,7 @@ def find_cavity_starts(t_s: Floats, stretch: Floats, stretch_unc: Floats, separa
         return []
     unc = float(np.nanmedian(stretch_unc[seen])) if np.isfinite(stretch_unc[seen]).any() else 0.0
     swing = max(SMALLEST_SWING, 8.0 * unc)
-    peaks = find_peaks(values, prominence=swing)[0]
+    peaks = [index for index in interior_minima(-values) if prominence_of(-values, index) >= swing]
     starts = []
     for first, second in pairwise(peaks):
         valley = first + int(np.argmin(values[first:second]))

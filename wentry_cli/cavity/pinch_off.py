@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
+
+from wentry_cli.cavity.closure_law import EXPONENT_PRIOR, ClosureLaw, Solution, solve_closure
 
 Floats = NDArray[np.float64]
 
-EXPONENT_PRIOR = 0.55
-EXPONENT_PRIOR_UNC = 0.03
-CURVATURE_PRIOR_UNC = 1.0  # of c times the span of the fitted samples
 MIN_SAMPLES = 6
 LAW_UNC_FRAMES = 0.04  # a neck that follows another law (exponent 1/2, drifting) shifts the closure by about that
 MAX_AFTERMATH = 8  # samples after the closure that may pass for a neck
@@ -111,50 +108,14 @@ def _trailing_misfit(time: Floats, values: Floats, radius_unc: float, exposure_s
 
 def _solve(
     time: Floats, values: Floats, radius_unc: float, exposure_s: float
-) -> tuple[Any, _Law, tuple[float, float, float]]:
+) -> tuple[Solution, ClosureLaw, tuple[float, float, float]]:
     unit = float(values.max())
     origin, span = float(time[-1]), float(time[-1] - time[0])
     scaled = (time - origin) / span
     step = float(np.median(np.diff(scaled)))
-    law = _Law(scaled, values / unit, radius_unc / unit, exposure_s / span)
+    law = ClosureLaw(scaled, values / unit, radius_unc / unit, exposure_s / span)
     start = _start_values(scaled, values / unit, step)
-    lower = [1e-9, -np.inf, 0.3, -0.95]
-    result = least_squares(law.residuals, start, bounds=(lower, [np.inf, np.inf, 0.9, 20.0]), x_scale="jac")
-    return result, law, (origin, span, unit)
-
-
-@dataclass(frozen=True)
-class _Law:
-    """The averaged power law in scaled time (0 at the last sample, −1 at the first) and scaled radius."""
-
-    time: Floats
-    radius: Floats
-    radius_unc: float
-    exposure: float
-
-    def predict(self, parameters: Floats) -> Floats:
-        closure, log_amplitude, exponent, curvature = parameters
-        remaining = closure - self.time
-        if self.exposure <= 0.0:
-            left = np.maximum(remaining, 0.0)
-            return np.asarray(np.exp(log_amplitude) * left**exponent * (1.0 + curvature * left))
-        early = _integral(remaining + 0.5 * self.exposure, exponent, curvature)
-        late = _integral(remaining - 0.5 * self.exposure, exponent, curvature)
-        return np.asarray(np.exp(log_amplitude) * (early - late) / self.exposure)
-
-    def residuals(self, parameters: Floats) -> Floats:
-        misfit = (self.predict(parameters) - self.radius) / self.radius_unc
-        priors = [
-            (parameters[2] - EXPONENT_PRIOR) / EXPONENT_PRIOR_UNC,
-            parameters[3] / CURVATURE_PRIOR_UNC,
-        ]
-        return np.concatenate([misfit, priors])
-
-
-def _integral(remaining: Floats, exponent: float, curvature: float) -> Floats:
-    left = np.maximum(remaining, 0.0)
-    power = left ** (exponent + 1.0)
-    return np.asarray(power / (exponent + 1.0) + curvature * power * left / (exponent + 2.0))
+    return solve_closure(law, start), law, (origin, span, unit)
 
 
 def _usable_samples(time_s: Floats, radius: Floats, floor: float, frames: int) -> tuple[Floats, Floats]:
@@ -181,19 +142,19 @@ def _start_values(time: Floats, radius: Floats, step: float) -> Floats:
     return np.array([closure, np.log(amplitude), EXPONENT_PRIOR, 0.0])
 
 
-def _scatter(result: Any, law: _Law) -> float:
+def _scatter(result: Solution, law: ClosureLaw) -> float:
     """Root of the reduced chi-squared, at least 1: a misfit of the law widens the uncertainty."""
     misfit = (law.predict(result.x) - law.radius) / law.radius_unc
     return max(1.0, float(np.sqrt(np.sum(misfit**2) / max(law.time.size - 2, 1))))
 
 
-def _closure_unc(result: Any, law: _Law) -> float:
+def _closure_unc(result: Solution, law: ClosureLaw) -> float:
     covariance = np.linalg.pinv(result.jac.T @ result.jac)
     return float(np.sqrt(covariance[0, 0])) * _scatter(result, law)
 
 
 def _as_fit(
-    result: Any, law: _Law, scaling: tuple[float, float, float], last_time_s: float, law_unc_s: float
+    result: Solution, law: ClosureLaw, scaling: tuple[float, float, float], last_time_s: float, law_unc_s: float
 ) -> ClosureFit:
     origin, span, unit = scaling
     closure, log_amplitude, exponent, curvature = (float(value) for value in result.x)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.cavity.row_edges import find_closed_rows, find_edges, find_missing_light, mend_thin_walls
 from wentry_cli.cavity.wall_smoothing import smooth_wall
+from wentry_cli.imaging.components import find_dark_parts
 from wentry_cli.imaging.patch import Patch
 
 Floats = NDArray[np.float64]
@@ -131,20 +131,18 @@ def _silhouette(
     values: NDArray[np.float32], level: float, sphere: SphereOutline, x0: int, y0: int
 ) -> NDArray[np.uint8]:
     """Mark the dark components that make up sphere and cavity."""
-    mask = (values < level).astype(np.uint8)
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8, ltype=cv2.CV_32S)
+    parts = find_dark_parts(values, level)
+    keep = np.zeros(len(parts.boxes), np.bool_)
+    if keep.size == 0:
+        return np.zeros(values.shape, np.uint8)
     axis = int(np.clip(round(sphere.x_px) - x0, 0, values.shape[1] - 1))
     reach = max(int(0.35 * sphere.across_px), 2)
     equator = int(np.clip(round(sphere.y_px) - y0, 0, values.shape[0] - 1))
-    foot = labels[max(equator - 3, 0) : equator + 1, max(axis - 3 * reach, 0) : axis + 3 * reach + 1]
-    counts = np.bincount(foot[foot > 0], minlength=len(stats))
-    keep = np.zeros(len(stats), np.uint8)
+    foot = (parts.row >= equator - 3) & (parts.row <= equator)
+    inside = np.minimum(parts.last, axis + 3 * reach) - np.maximum(parts.first, axis - 3 * reach) + 1
+    counts = np.bincount(parts.label[foot], np.maximum(inside[foot], 0), minlength=keep.size)
     keep[int(np.argmax(counts))] = counts.max() > 0
-    for index in range(1, len(stats)):
-        left, top, width, height, _area = stats[index]
-        spans_axis = left <= axis <= left + width - 1 and width >= reach
-        if spans_axis and top <= 2 and height >= 4:
-            keep[index] = 1
-    keep[0] = 0
-    chosen: NDArray[np.uint8] = keep[labels]
-    return chosen
+    left, top, right, bottom, _area = parts.boxes.T
+    spans_axis = (left <= axis) & (axis <= right) & (right - left + 1 >= reach)
+    keep |= spans_axis & (top <= 2) & (bottom - top + 1 >= 4)
+    return parts.mask(keep)

@@ -1,0 +1,116 @@
+"""Connected dark parts of a patch as runs of pixels: a mostly bright patch has few, so all that follows is cheap."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.compiled import compiled
+
+Ints = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class DarkParts:
+    """Runs of dark pixels, row by row from left to right, and the boxes of the components that they make up.
+
+    ``row``, ``first``, ``last`` (both included) and ``label`` have an entry per run; ``boxes`` has a row per component:
+    left, top, right, bottom (included) and area. Components are numbered from 0 by their first run.
+    """
+
+    row: Ints
+    first: Ints
+    last: Ints
+    label: Ints
+    boxes: Ints
+    shape: tuple[int, int]
+
+    def mask(self, keep: NDArray[np.bool_]) -> NDArray[np.uint8]:
+        """Picture of the components for which ``keep`` is true: 1 where they are, else 0."""
+        out = np.zeros(self.shape, np.uint8)
+        _paint(self.row, self.first, self.last, keep[self.label], out)
+        return out
+
+
+def find_dark_parts(values: NDArray[np.float32], level: float, *, diagonal: bool = True) -> DarkParts:
+    """Find the connected parts of ``values`` (rows, columns) that are below ``level``; NaN is not dark.
+
+    ``diagonal`` tells whether pixels that touch at a corner belong together (8-connected) or not (4-connected).
+    """
+    # as many runs as there can be: memory that is never written to is never taken
+    most = values.shape[0] * ((values.shape[1] + 1) // 2)
+    runs = np.empty((3, most), np.int32)
+    parent = np.empty(most, np.int32)
+    count = _find_runs(values, np.float32(level), 1 if diagonal else 0, runs, parent)
+    row, first, last = runs[:, :count].copy()
+    label = np.empty(count, np.int32)
+    boxes = np.empty((count, 5), np.int32)
+    parts = _collect(row, first, last, parent[:count], label, boxes)
+    return DarkParts(row, first, last, label, boxes[:parts].copy(), (values.shape[0], values.shape[1]))
+
+
+@compiled
+def _root(parent: Ints, run: int) -> int:
+    while parent[run] != run:
+        parent[run] = parent[parent[run]]
+        run = parent[run]
+    return run
+
+
+@compiled
+def _find_runs(values: NDArray[np.float32], level: np.float32, touch: int, runs: Ints, parent: Ints) -> int:
+    """Fill ``runs`` (row, first, last) and join every run to those that it touches in the row above; their number."""
+    rows, columns = values.shape
+    count = 0
+    above, above_end = 0, 0  # the runs of the row above that may touch the next run
+    for row in range(rows):
+        begin = count
+        column = 0
+        while column < columns:
+            if not values[row, column] < level:
+                column += 1
+                continue
+            first = column
+            while column < columns and values[row, column] < level:
+                column += 1
+            runs[0, count], runs[1, count], runs[2, count] = row, first, column - 1
+            parent[count] = count
+            while above < above_end and runs[2, above] + touch < first:
+                above += 1
+            other = above
+            while other < above_end and runs[1, other] <= column - 1 + touch:
+                a, b = _root(parent, other), _root(parent, count)
+                parent[max(a, b)] = min(a, b)
+                other += 1
+            count += 1
+        above, above_end = begin, count
+    return count
+
+
+@compiled
+def _collect(row: Ints, first: Ints, last: Ints, parent: Ints, label: Ints, boxes: Ints) -> int:
+    parts = 0
+    for run in range(row.size):
+        root = _root(parent, run)
+        if root == run:
+            label[run] = parts
+            boxes[parts, 0], boxes[parts, 1], boxes[parts, 2], boxes[parts, 3] = first[run], row[run], last[run], 0
+            boxes[parts, 4] = 0
+            parts += 1
+        here = label[root]
+        label[run] = here
+        boxes[here, 0] = min(boxes[here, 0], first[run])
+        boxes[here, 2] = max(boxes[here, 2], last[run])
+        boxes[here, 3] = row[run]
+        boxes[here, 4] += last[run] - first[run] + 1
+    return parts
+
+
+@compiled
+def _paint(row: Ints, first: Ints, last: Ints, keep: NDArray[np.bool_], out: NDArray[np.uint8]) -> None:
+    for run in range(row.size):
+        if keep[run]:
+            for column in range(first[run], last[run] + 1):
+                out[row[run], column] = 1
