@@ -17,8 +17,12 @@ from wentry_cli.compiled import compiled
 Floats = NDArray[np.float64]
 
 QUADRANT_NODES = 256
-# Columns of the table that `arc_geometry` returns; J is the derivative of the outward displacement of the edge.
-X, Y, NX, NY, KAPPA, J, LENGTH, COLUMNS = 0, 1, 2, 3, 4, 5, 10, 11
+# Columns of the table that `arc_geometry` returns; J is the derivative of the outward displacement of the edge,
+# DEPARTURE how far the outline is known to lie outside of the ellipse.
+X, Y, NX, NY, KAPPA, J, LENGTH, DEPARTURE, COLUMNS = 0, 1, 2, 3, 4, 5, 10, 11, 12
+# A shape vector may go on behind its five parameters with a known departure: the cosines and sines of waves of this
+# many periods and more round the sphere, as shares of the distance from the centre.
+FIRST_WAVE = 3
 
 
 @compiled
@@ -71,8 +75,18 @@ def sector_angles(count: int, table: Floats) -> Floats:
 
 
 @compiled
+def departure_at(shape: Floats, phi: float) -> float:
+    """Relative departure of the outline from the ellipse at an eccentric angle; its phase is 0 at the lower pole."""
+    total = 0.0
+    for index in range(5, shape.size, 2):
+        angle = (FIRST_WAVE + (index - 5) // 2) * (0.5 * math.pi - phi)
+        total += shape[index] * math.cos(angle) + shape[index + 1] * math.sin(angle)
+    return total
+
+
+@compiled
 def arc_geometry(shape: Floats, phi: Floats) -> Floats:
-    """Point, outward normal, curvature (1/px), Jacobian and length (px) of each sector, as rows of COLUMNS."""
+    """Point, outward normal, curvature (1/px), Jacobian, length and departure (px) of each sector, rows of COLUMNS."""
     a, b = semi_axes(shape)
     radius, stretch = shape[2], shape[3]
     cos_tilt, sin_tilt = math.cos(shape[4]), math.sin(shape[4])
@@ -93,6 +107,7 @@ def arc_geometry(shape: Floats, phi: Floats) -> Floats:
         rows[k, J + 2] = (u * nu + v * nv) / radius
         rows[k, J + 3] = (u * nu - 2.0 * v * nv) / stretch
         rows[k, J + 4] = v * nu - u * nv
+        rows[k, DEPARTURE] = (u * nu + v * nv) * departure_at(shape, phi[k])
         before = phi[k - 1] - (2.0 * math.pi if k == 0 else 0.0)
         after = phi[k + 1] if k + 1 < count else phi[0] + 2.0 * math.pi
         rows[k, LENGTH] = speed * 0.5 * (after - before)

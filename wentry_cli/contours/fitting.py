@@ -38,6 +38,7 @@ class FitRequest:
     motion_px: tuple[float, float] = (0.0, 0.0)
     level: str = "accurate"
     one_sided: bool = False
+    departure: tuple[float, ...] = ()
 
 
 def parse_free(free: str) -> tuple[str, ...]:
@@ -92,6 +93,7 @@ def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> Silhoue
         raise ValueError(f"level is one of {', '.join(LEVELS)}, not {request.level!r}")
     values = np.ascontiguousarray(patch.values, dtype=np.float32)
     vector = guess.vector() - np.array([patch.x0, patch.y0, 0.0, 0.0, 0.0])
+    vector = np.concatenate([vector, request.departure])
     free = np.array([PARAMETERS.index(name) for name in request.free])
     top = request.top_y_px - patch.y0
     scans = 3.0 if request.level == "fast" else 2.0
@@ -108,7 +110,7 @@ def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> Silhoue
         quality = {"blur": report[BLUR], "arc": report[ARC], "gated": report[GATED], "residual": report[RESIDUAL]}
         if report[0]:
             return unmeasured(arc, gated, "poor_fit")
-    x, y, radius, stretch, tilt = vector.tolist()
+    x, y, radius, stretch, tilt = vector[:5].tolist()
     shape = EllipseShape(x + patch.x0, y + patch.y0, radius, stretch, math.degrees(tilt))
     covariance = np.zeros((5, 5))
     covariance[np.ix_(free, free)] = scanned

@@ -220,7 +220,7 @@ def refine_shape(values: NDArray[np.float32], shape: Floats, free: Ints, setting
             report[STATUS] = SINGULAR
             return nothing, report
         far = farthest(band.rows, moved)
-        shape += moved
+        shape[:5] += moved
         if far > 4.0 or not (0.3 < shape[3] < 4.0 and shape[2] > 2.0):
             return nothing, report
         if far < RECOLLECT_PX:

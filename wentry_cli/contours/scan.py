@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.arc import (
-    COLUMNS,
+    DEPARTURE,
     KAPPA,
+    LENGTH,
     NX,
     NY,
     J,
@@ -38,7 +39,7 @@ SETTLED_PX = 1.0
 OCCLUDED_SHARE = 0.15
 # Rays farther off than this count as outliers, by scan; the last never less than what a real sphere departs.
 LIMITS_PX = (1.2, 0.7, 0.6)
-DEPARTURE = 0.006
+SLACK_OF_R = 0.006
 
 
 @compiled
@@ -57,15 +58,15 @@ def visible_rays(shape: Floats, top_y: float, wanted: int, size: tuple[int, int]
     kept = np.empty_like(rows)
     number, length, below, total = 0, 0.0, 0.0, 0.0
     for k in range(rows.shape[0]):
-        total += rows[k, COLUMNS - 1]
+        total += rows[k, LENGTH]
         if rows[k, Y] < top_y:
             continue
-        below += rows[k, COLUMNS - 1]
+        below += rows[k, LENGTH]
         if not (1.0 <= rows[k, X] < size[1] - 2.0 and 1.0 <= rows[k, Y] < size[0] - 2.0):
             continue
         kept[number] = rows[k]
         number += 1
-        length += rows[k, COLUMNS - 1]
+        length += rows[k, LENGTH]
     return kept[:number], below / total, length / total
 
 
@@ -211,12 +212,16 @@ def tukey_fit(
 
 
 @compiled
-def correct_curvature(at: Floats, rays: Floats, variance: float, motion: Floats) -> None:
-    """Undo the inward shift of a blurred convex edge, half the curvature times the variance along the edge."""
+def correct_edges(at: Floats, rays: Floats, variance: float, motion: Floats) -> None:
+    """Undo what moves the edge off the ellipse.
+
+    A blurred convex edge lies further inside by half the curvature times the variance along the edge; the known
+    departure is taken off.
+    """
     for k in range(rays.shape[0]):
         along = (motion[0] * rays[k, NY] - motion[1] * rays[k, NX]) ** 2 / 12.0
         for slot in range(CANDIDATES):
-            at[k, slot] += 0.5 * rays[k, KAPPA] * (variance + along)
+            at[k, slot] += 0.5 * rays[k, KAPPA] * (variance + along) - rays[k, DEPARTURE]
 
 
 @compiled
@@ -233,7 +238,7 @@ def clamp_step(shape: Floats, step: Floats) -> None:
 def scan_shape(
     values: NDArray[np.float32], shape: Floats, free: Ints, top_y: float, search: Floats, noise: float
 ) -> tuple[Floats, Floats]:
-    """Find the ellipse from a guess, which is moved in place (patch pixels, tilt in radians).
+    """Find the ellipse from a guess, which is moved in place (patch pixels, tilt in radians, departure).
 
     ``search`` holds the half-length of the first scan (px), 1 where outliers lie outside only, the number of rays of
     the last scan, the variance of the blur along the edge (px^2), the number of scans (3, or 2 where the third and
@@ -266,12 +271,12 @@ def scan_shape(
         strongest = quantile_of(heights, heights.size, 0.75)
         used_noise = max(noise, 0.0) if noise > 0.0 else sample_noise
         settings[0] = max(0.3 * strongest, 0.02, 2.0 * used_noise if not fine else 1.0 * used_noise)
-        settings[1] = max(LIMITS_PX[turn], DEPARTURE * shape[2])
+        settings[1] = max(LIMITS_PX[turn], SLACK_OF_R * shape[2])
         settings[2] = 0.6 * settings[1] if search[1] > 0.0 else settings[1]
         if quantile_of(heights, heights.size, 1.0 - max((size + 3.0) / heights.size, 0.15)) < settings[0]:
             report[0] = 1.0
             return covariance, report
-        correct_curvature(at, rays, search[3] + (LINE_VARIANCE if fine else 0.0), search[5:])
+        correct_edges(at, rays, search[3] + (LINE_VARIANCE if fine else 0.0), search[5:])
         start = consensus(at, height, rays, free, settings) if turn < 2 else np.zeros(5)
         step, scale, share = tukey_fit(at, height, rays, free, start, settings, factor)
         report[2], report[3] = 1.0 - share, scale

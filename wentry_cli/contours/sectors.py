@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.contours.arc import KAPPA, NX, NY, J, X, Y
+from wentry_cli.contours.arc import DEPARTURE, KAPPA, NX, NY, J, X, Y
 from wentry_cli.contours.likelihood import (
     CHI2,
     COUNT,
@@ -72,7 +72,7 @@ def set_state(state: Floats, rows: Floats, moved: Floats, nuisance: Floats, scen
         smeared = across > LEAST_SMEAR_PX2
         if not smeared:
             normal += across
-        displacement = 0.0
+        displacement = rows[k, DEPARTURE]
         for i in range(5):
             displacement += rows[k, J + i] * moved[i]
         state[k, OFFSET] = 0.5 * kappa * tangential - displacement

@@ -15,12 +15,14 @@ def fit_silhouette(
     top_y_px: float = float("-inf"),
     motion_px: tuple[float, float] = (0.0, 0.0),
     level: str = "accurate",
+    departure: tuple[float, ...] = (),
 ) -> SilhouetteFit:
     """Fit the ellipse of revolution to the edge of a dark silhouette.
 
     ``guess`` may be off by several pixels; what is not in ``free`` (a subset of x y R stretch tilt with the centre)
     is held at its value. Only the outline below row ``top_y_px`` (full frame) is used. ``motion_px`` is the
     displacement during the exposure, (x, y). ``level`` is "fast" (edges along normals) or "accurate" (likelihood of
-    the pixels in a band about the edge). Raises ValueError on an unknown level or parameter.
+    the pixels in a band about the edge). ``departure`` is how the outline is known to differ from the ellipse (see
+    `departure`); the result is that of the ellipse below it. Raises ValueError on an unknown level or parameter.
     """
-    return fit_shape(patch, guess, FitRequest(parse_free(free), top_y_px, motion_px, level))
+    return fit_shape(patch, guess, FitRequest(parse_free(free), top_y_px, motion_px, level, departure=departure))

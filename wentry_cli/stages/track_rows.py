@@ -52,6 +52,7 @@ def fit_columns(count: int, sightings: Sequence[Sighting]) -> dict[str, NDArray[
         if item.ok:
             for name, attribute in FIT_COLUMNS.items():
                 columns[name][item.frame] = getattr(item.fit, attribute)
+            columns["stretch"][item.frame], columns["bottom_y_px"][item.frame] = item.outline
     return columns
 
 

@@ -14,13 +14,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.contours.departure import NONE, Departure, extremes, measure_departure, pool_departures
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.imaging.background import Background
 from wentry_cli.tracking.flight import margin_of
 from wentry_cli.tracking.prediction import box_around
 from wentry_cli.tracking.scale import PooledRadius
 from wentry_cli.tracking.sighting import Look, Sighting, sight
-from wentry_cli.tracking.source import Frames
+from wentry_cli.tracking.source import Frames, read_patch
 
 Row = tuple[float, float, float]
 MOST_FRAMES = 8
@@ -28,6 +29,11 @@ FEWEST_FRAMES = 3
 SIGNIFICANT = 4.0
 LEFT_OVER = 0.35
 SHORT_LINE = 0.6
+MOST_LEARNT = 24
+# What the stretch of an outline that is no ellipse means, its half-width or the ellipse's: a share of the difference.
+MEANING = 0.5
+# How well what was learnt in air holds below the surface is told by the residuals, but never known better than this.
+LEAST_DOUBT = 0.05
 
 
 @dataclass(frozen=True)
@@ -56,20 +62,70 @@ class ShapeCheck:
 NO_CHECK = ShapeCheck()
 
 
+def learn_departure(frames: Frames, ground: Background, dry: Sequence[Sighting]) -> Departure:
+    """How the sphere departs from an ellipse, from the frames in air that show its whole outline."""
+    whole = [item for item in dry if item.ok and item.fit is not None and item.fit.arc_fraction > 0.98]
+    if not whole:
+        return NONE
+    found = []
+    for index in np.unique(np.linspace(0, len(whole) - 1, MOST_LEARNT).astype(int)):
+        fit = whole[index].fit
+        assert fit is not None
+        patch = read_patch(frames, whole[index].frame, ground, box_around(fit.shape, margin_of(fit.radius_px)))
+        if not isinstance(patch, str):
+            found.append(measure_departure(patch, fit))
+    assert whole[0].fit is not None
+    return pool_departures(found, whole[0].fit.radius_px)
+
+
 def check_shape(
-    frames: Frames, ground: Background, dry: Sequence[Sighting], wet: Sequence[Sighting], level: str
+    frames: Frames,
+    ground: Background,
+    dry: Sequence[Sighting],
+    wet: Sequence[Sighting],
+    level: str,
+    *,
+    departure: Departure = NONE,
 ) -> ShapeCheck:
-    """Fit spheres in air over the part of the outline that the wet fits saw, and compare with the whole."""
+    """Fit spheres in air over the part of the outline that the wet fits saw, and compare with the whole.
+
+    With a ``departure`` what it leaves unexplained is compared, and what it explains is doubted by a share.
+    """
     lines = [item.line for item in wet if item.ok and item.free_fit is not None and math.isfinite(item.line)]
     whole = [item for item in dry if item.ok and item.fit is not None and item.fit.arc_fraction > 0.98]
     if not lines or len(whole) < FEWEST_FRAMES:
         return NO_CHECK
     chosen = [whole[round(index)] for index in np.linspace(0, len(whole) - 1, min(len(whole), MOST_FRAMES))]
     line = float(np.median(lines))
-    seen, error = _significant([_compare(frames, ground, item, line, level) for item in chosen])
-    short, _ = _significant([_held_stretch(frames, ground, item, SHORT_LINE, level) for item in chosen])
+    known = Partial(frames, ground, level, departure)
+    seen, error = _significant([known.compare(item, line) for item in chosen])
+    short, _ = _significant([known.held_stretch(item, SHORT_LINE) for item in chosen])
     doubt = math.hypot(float(error[0]), LEFT_OVER * float(seen[0])) if seen[0] else 0.0
-    return ShapeCheck(1.0 + float(seen[0]), doubt, float(seen[1]), float(seen[2]), line, float(short[1]))
+    left = ShapeCheck(1.0 + float(seen[0]), doubt, float(seen[1]), float(seen[2]), line, float(short[1]))
+    if not departure:
+        return left
+    plain = Partial(frames, ground, level, NONE)
+    explained, _ = _significant([plain.compare(item, line) for item in chosen])
+    short, _ = _significant([plain.held_stretch(item, SHORT_LINE) for item in chosen])
+    carried = _carried(wet, [plain.held_residual(item, line) for item in chosen])
+    meaning = MEANING * (extremes(EllipseShape(0.0, 0.0, 1.0), departure)[0] - 1.0)
+    return replace(
+        left,
+        radius_ratio_unc=math.hypot(left.radius_ratio_unc, carried * float(explained[0])),
+        stretch_offset=math.hypot(left.stretch_offset, carried * float(explained[1]), meaning),
+        bottom_offset_px=math.hypot(left.bottom_offset_px, carried * float(explained[2])),
+        short_offset=math.hypot(left.short_offset, carried * float(short[1]), meaning),
+    )
+
+
+def _carried(wet: Sequence[Sighting], plain_px: Sequence[float]) -> float:
+    """What the departure leaves of the residual below the surface, as a share of the residual in air without it."""
+    left = [item.fit.residual_rms_px for item in wet if item.ok and item.fit is not None]
+    plain = [value for value in plain_px if math.isfinite(value)]
+    if not left or not plain:
+        return 1.0
+    share = float(np.median(left)) / max(float(np.median(plain)), 1e-6)
+    return min(1.0, max(LEAST_DOUBT, share))
 
 
 def _significant(rows: Sequence[Row | None]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -82,28 +138,46 @@ def _significant(rows: Sequence[Row | None]) -> tuple[NDArray[np.float64], NDArr
     return np.where(np.abs(middle) > SIGNIFICANT * error, middle, 0.0), error
 
 
-def _look(shape: EllipseShape, line: float, level: str) -> Look:
-    return Look(box_around(shape, margin_of(shape.radius)), top_y_px=shape.y + line * shape.radius, level=level)
+@dataclass(frozen=True)
+class Partial:
+    """Fits of spheres in air over a part of their outline."""
 
+    frames: Frames
+    ground: Background
+    level: str
+    departure: Departure
 
-def _held_stretch(frames: Frames, ground: Background, item: Sighting, line: float, level: str) -> Row | None:
-    assert item.fit is not None
-    shape = EllipseShape(item.fit.center_x_px, item.fit.center_y_px, item.fit.radius_px)
-    held = sight(frames, item.frame, ground, shape, _look(shape, line, level))
-    return (0.0, held.fit.stretch - 1.0, 0.0) if held.ok and held.fit is not None else None
+    def held_stretch(self, item: Sighting, line: float) -> Row | None:
+        """The stretch, less one, with the radius held to that of the whole outline, as the middle of a row."""
+        held = self._sight(item, line)
+        return (0.0, held.fit.stretch - 1.0, 0.0) if held.ok and held.fit is not None else None
 
+    def held_residual(self, item: Sighting, line: float) -> float:
+        """Residual, px, with the radius held."""
+        held = self._sight(item, line, bottom=False)
+        return held.fit.residual_rms_px if held.ok and held.fit is not None else math.nan
 
-def _compare(frames: Frames, ground: Background, item: Sighting, line: float, level: str) -> Row | None:
-    assert item.fit is not None
-    shape = EllipseShape(item.fit.center_x_px, item.fit.center_y_px, item.fit.radius_px)
-    look = _look(shape, line, level)
-    free = sight(frames, item.frame, ground, shape, replace(look, free="x y R stretch", bottom=False))
-    held = sight(frames, item.frame, ground, shape, look)
-    if free.fit is None or held.fit is None or not (free.ok and held.ok):
-        return None
-    local = held.bottom
-    bottom = held.fit.bottom_y_px - local.y_px if local is not None and local.status == "ok" else 0.0
-    return free.fit.radius_px / shape.radius - 1.0, held.fit.stretch - 1.0, bottom
+    def compare(self, item: Sighting, line: float) -> Row | None:
+        """Errors of radius (relative, free), of stretch and of the lowest row (px; radius held)."""
+        free, held = self._sight(item, line, free="x y R stretch", bottom=False), self._sight(item, line)
+        if item.fit is None or free.fit is None or held.fit is None or not (free.ok and held.ok):
+            return None
+        local = held.bottom
+        bottom = held.outline[1] - local.y_px if local is not None and local.status == "ok" else 0.0
+        return free.fit.radius_px / item.fit.radius_px - 1.0, held.fit.stretch - 1.0, bottom
+
+    def _sight(self, item: Sighting, line: float, *, free: str = "x y stretch", bottom: bool = True) -> Sighting:
+        assert item.fit is not None
+        shape = EllipseShape(item.fit.center_x_px, item.fit.center_y_px, item.fit.radius_px)
+        look = Look(
+            box_around(shape, margin_of(shape.radius)),
+            free,
+            shape.y + line * shape.radius,
+            level=self.level,
+            bottom=bottom,
+            departure=self.departure,
+        )
+        return sight(self.frames, item.frame, self.ground, shape, look)
 
 
 def corrected_radius(water: PooledRadius, check: ShapeCheck) -> PooledRadius:

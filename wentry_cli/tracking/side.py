@@ -11,14 +11,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+from wentry_cli.contours.departure import NONE, Departure
 from wentry_cli.contours.ellipse import EllipseShape, SilhouetteFit
 from wentry_cli.imaging.background import Background
 from wentry_cli.tracking.flight import air_plan, both_ways, leaves_frame, margin_of
 from wentry_cli.tracking.follow import Plan, Watch, follow
 from wentry_cli.tracking.prediction import Path, box_around
 from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius, merge_media
-from wentry_cli.tracking.shape_check import NO_CHECK, ShapeCheck, check_shape, corrected_radius
-from wentry_cli.tracking.sighting import Look, Sighting
+from wentry_cli.tracking.shape_check import NO_CHECK, ShapeCheck, check_shape, corrected_radius, learn_departure
+from wentry_cli.tracking.sighting import Look, Sighting, sight
 from wentry_cli.tracking.source import Frames
 from wentry_cli.tracking.wet_radius import constrain, pool_sightings, tells_radius
 
@@ -92,7 +93,12 @@ def track_side(frames: Frames, ground: Background, seed: Path, scene: SideScene)
     if contact is None or not dry:
         return SideTrack(dry, air, air)
     path.radius = air.value if air.known else path.radius
-    below = WetTracker(frames, ground, scene, dry)
+    departure = learn_departure(frames, ground, dry)
+    if departure:
+        dry = _look_again(frames, ground, dry, plan, departure)
+        air = scene.radius_air if scene.radius_air.known else pool_sightings(dry, wet=False)
+        dry = constrain(dry, air, wet=False)
+    below = WetTracker(frames, ground, scene, dry, departure)
     wet, water, check = below.track(path, range(dry[-1].frame + 1, frames.count))
     if not scene.radius_air.known:
         air, water = merge_media(air, water)
@@ -110,6 +116,30 @@ def _until_contact(plan: Plan, scene: SideScene) -> Plan:
         return plan(index, guess, velocity)
 
     return watched
+
+
+def _look_again(
+    frames: Frames, ground: Background, dry: list[Sighting], plan: Plan, departure: Departure
+) -> list[Sighting]:
+    """Measure the frames in air again, now that it is known how the sphere departs from an ellipse."""
+    again = []
+    for number, item in enumerate(dry):
+        near = [other for other in dry[max(0, number - 1) : number + 2] if other.ok and other.fit is not None]
+        if not item.ok or item.fit is None or len(near) < 2:
+            again.append(item)
+            continue
+        path = Path(item.fit.radius_px)
+        for other in near:
+            assert other.fit is not None
+            path.add(other.frame, other.fit.shape)
+        look = plan(item.frame, item.fit.shape, path.velocity())
+        new = (
+            item
+            if isinstance(look, str)
+            else sight(frames, item.frame, ground, item.fit.shape, replace(look, departure=departure))
+        )
+        again.append(new if new.ok else item)
+    return again
 
 
 class Tilt:
@@ -142,8 +172,11 @@ class WetPlan:
     collected until there are enough of them.
     """
 
-    def __init__(self, scene: SideScene, frame_shape: tuple[int, int], *, known: bool) -> None:
+    def __init__(
+        self, scene: SideScene, frame_shape: tuple[int, int], *, known: bool, departure: Departure = NONE
+    ) -> None:
         """Start below the surface; ``known`` tells that the radius of the path is right."""
+        self.departure = departure
         self.scene = scene
         self.frame_shape = frame_shape
         self.known = known
@@ -193,16 +226,19 @@ class WetPlan:
             separation=True,
             also_free=self.again and self.known and index % FREE_EVERY == 0,
             tilt_deg=self.tilt.value,
+            departure=self.departure,
         )
 
 
 class WetTracker:
     """Tracks below the surface: first with a free radius, then with that of the first frames, then with that of all."""
 
-    def __init__(self, frames: Frames, ground: Background, scene: SideScene, dry: list[Sighting]) -> None:
-        """Take the clip and the sightings in air, which tell how far the sphere is from an ellipse."""
-        self.frames, self.ground, self.scene, self.dry = frames, ground, scene, dry
-        self.plan = WetPlan(scene, frames.shape, known=scene.radius_water.known)
+    def __init__(
+        self, frames: Frames, ground: Background, scene: SideScene, dry: list[Sighting], departure: Departure
+    ) -> None:
+        """Take the clip, the sightings in air, and how they say that the sphere departs from an ellipse."""
+        self.frames, self.ground, self.scene, self.dry, self.departure = frames, ground, scene, dry, departure
+        self.plan = WetPlan(scene, frames.shape, known=scene.radius_water.known, departure=departure)
         self.check = NO_CHECK
 
     def track(self, path: Path, order: range) -> tuple[list[Sighting], PooledRadius, ShapeCheck]:
@@ -237,7 +273,9 @@ class WetTracker:
         if not pooled.known:
             return NO_RADIUS
         if self.scene.deformable:
-            self.check = check_shape(self.frames, self.ground, self.dry, seen, self.scene.level)
+            self.check = check_shape(
+                self.frames, self.ground, self.dry, seen, self.scene.level, departure=self.departure
+            )
         return corrected_radius(pooled, self.check)
 
     def settle(self, seen: list[Sighting], water: PooledRadius) -> list[Sighting]:
@@ -252,7 +290,7 @@ class WetTracker:
         if start == 0 or not after or self.scene.radius_water.known:
             return constrain(seen, water, wet=True)
         path = Path(water.value, stiff=not self.scene.deformable)
-        plan = WetPlan(self.scene, self.frames.shape, known=True)
+        plan = WetPlan(self.scene, self.frames.shape, known=True, departure=self.departure)
         plan.tilt = self.plan.tilt
         for item in reversed(constrain(after, water, wet=True)):
             if item.fit is not None:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.contours.circle import Circle, fit_circle
+from wentry_cli.contours.departure import NONE, Departure, extremes
 from wentry_cli.contours.ellipse import EllipseShape, SilhouetteFit, bottom_gradient
 from wentry_cli.contours.local_bottom import BottomFit, fit_local_bottom
 from wentry_cli.contours.separation import SeparationFit, find_separation
@@ -34,7 +35,8 @@ class Look:
     which the outline is not the sphere's, ``motion_px`` the displacement during the exposure. ``outline`` is ellipse
     or circle (``one_sided``: what disagrees lies outside); ``bottom`` and ``separation`` say what else is measured,
     ``also_free`` that a second fit leaves radius and tilt free. ``tilt_deg`` is the tilt
-    to start from or to hold; None keeps that of the prediction.
+    to start from or to hold; None keeps that of the prediction. ``departure`` is how the outline of this sphere is
+    known to differ from an ellipse.
     """
 
     box: Box
@@ -48,6 +50,7 @@ class Look:
     one_sided: bool = False
     also_free: bool = False
     tilt_deg: float | None = None
+    departure: Departure = NONE
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,7 @@ class Sighting:
 
     ``fit`` is None where nothing could be fitted, ``status`` is that of the whole row; ``free_fit`` is
     the fit with free radius, where there was one; ``line`` is the row above which the outline was not looked at, from
-    the centre down in semi-axes.
+    the centre down in semi-axes, ``departure`` what the ellipse of the fit leaves out of the outline.
     """
 
     frame: int
@@ -68,6 +71,7 @@ class Sighting:
     wet: bool = False
     circle: bool = False
     line: float = -math.inf
+    departure: Departure = NONE
 
     @property
     def ok(self) -> bool:
@@ -78,6 +82,14 @@ class Sighting:
     def traced(self) -> bool:
         """Whether the fit tells where the sphere is, even where it is not good enough for a row of its own."""
         return self.fit is not None and (self.ok or (self.circle and self.fit.status == "ok"))
+
+    @property
+    def outline(self) -> tuple[float, float]:
+        """Greatest half-width over the radius, and the lowest row, of the outline that was fitted."""
+        assert self.fit is not None
+        if not self.departure:
+            return self.fit.stretch, self.fit.bottom_y_px
+        return extremes(self.fit.shape, self.departure)
 
 
 def sight(frames: Frames, index: int, ground: Background, guess: EllipseShape, look: Look) -> Sighting:
@@ -113,7 +125,7 @@ def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighti
     if look.also_free and free is None:
         free = _fit_ellipse(patch, fit.shape, replace(look, free=_with_size(look.free)))
         free = free if usable(free) else None
-    return Sighting(index, "ok", fit, bottom, separation, free_fit=free, line=line)
+    return Sighting(index, "ok", fit, bottom, separation, free_fit=free, line=line, departure=look.departure)
 
 
 def _with_size(free: str) -> str:
@@ -122,7 +134,13 @@ def _with_size(free: str) -> str:
 
 def _fit_ellipse(patch: Patch, guess: EllipseShape, look: Look) -> SilhouetteFit:
     return fit_silhouette(
-        patch, guess, free=look.free, top_y_px=look.top_y_px, motion_px=look.motion_px, level=look.level
+        patch,
+        guess,
+        free=look.free,
+        top_y_px=look.top_y_px,
+        motion_px=look.motion_px,
+        level=look.level,
+        departure=look.departure,
     )
 
 

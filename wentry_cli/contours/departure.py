@@ -1,0 +1,91 @@
+"""How a sphere departs from the ellipse: smooth waves round it, measured where its whole outline is seen.
+
+The distance of the outline from the centre is that of the ellipse times
+
+    1 + sum over n of (a_n cos n psi + b_n sin n psi),    n = 3, 4, 5, 6,
+
+with psi the eccentric angle from the lower pole (of the undeformed sphere: its polar angle). A sphere that is not quite
+round keeps these numbers when it is stretched evenly, so what is measured on the flying sphere helps where only a part
+of the stretched outline is left to see. Two periods and less are the ellipse itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.contours.arc import FIRST_WAVE, J, arc_geometry
+from wentry_cli.contours.ellipse import EllipseShape, SilhouetteFit
+from wentry_cli.imaging.edges import edge_candidates
+from wentry_cli.imaging.patch import Patch
+
+Floats = NDArray[np.float64]
+Departure = tuple[float, ...]
+
+NONE: Departure = ()
+LAST_WAVE = 6
+RAYS = 240
+SEARCH_PX, STEP_PX, LINES = 4.0, 0.5, 3
+MOST_OFF = 0.03
+LEAST_SHARE_SEEN = 0.95
+FEWEST_FRAMES = 4
+# Waves count that differ from nothing by so many standard errors and by so many pixels.
+SIGNIFICANT = 5.0
+LEAST_PX = 0.02
+
+
+def waves_at(psi: Floats) -> Floats:
+    """Cosine and sine of every wave at the angles psi from the lower pole, shape (n, 8)."""
+    columns = [turn(n * psi) for n in range(FIRST_WAVE, LAST_WAVE + 1) for turn in (np.cos, np.sin)]
+    return np.stack(columns, axis=-1)
+
+
+def measure_departure(patch: Patch, fit: SilhouetteFit) -> Departure:
+    """Waves of one whole outline about its fitted ellipse; empty where a part of it is not seen or not smooth."""
+    values = np.ascontiguousarray(patch.values, dtype=np.float32)
+    shape = fit.shape.vector() - np.array([patch.x0, patch.y0, 0.0, 0.0, 0.0])
+    phi: Floats = (np.arange(RAYS, dtype=np.float64) + 0.5) * (2.0 * math.pi / RAYS)
+    rays = arc_geometry(shape, phi)
+    at, _, _ = edge_candidates(values, rays, SEARCH_PX, STEP_PX, LINES)
+    off = at[:, 0] / fit.radius_px
+    good = np.abs(off) < MOST_OFF
+    if np.mean(good) < LEAST_SHARE_SEEN:
+        return NONE
+    ellipse = rays[:, J : J + 4] / fit.radius_px
+    design = np.column_stack([ellipse, waves_at(0.5 * math.pi - phi)])[good]
+    solution = np.linalg.lstsq(design, off[good], rcond=None)[0]
+    return tuple(solution[4:].tolist())
+
+
+def pool_departures(found: Sequence[Departure], radius_px: float) -> Departure:
+    """Median over frames, without the waves that are not significant; empty where none is or too few frames tell."""
+    rows = np.array([row for row in found if row])
+    if len(rows) < FEWEST_FRAMES:
+        return NONE
+    middle = np.median(rows, axis=0)
+    error = 1.4826 * np.median(np.abs(rows - middle), axis=0) * 1.25 / math.sqrt(len(rows))
+    clear = np.abs(middle) > np.maximum(SIGNIFICANT * error, LEAST_PX / radius_px)
+    return tuple(np.where(clear, middle, 0.0).tolist()) if clear.any() else NONE
+
+
+def extremes(shape: EllipseShape, departure: Departure) -> tuple[float, float]:
+    """Greatest half-width over the radius, and the lowest row, of the ellipse with its departure."""
+    psi: Floats = np.arange(720, dtype=np.float64) * (2.0 * math.pi / 720)
+    factor = 1.0 + waves_at(psi) @ np.array(departure)
+    across, along = shape.semi_across * np.sin(psi) * factor, shape.semi_along * np.cos(psi) * factor
+    tilt = math.radians(shape.tilt_deg)
+    x = across * math.cos(tilt) + along * math.sin(tilt)
+    y = along * math.cos(tilt) - across * math.sin(tilt)
+    half_width = 0.5 * (_peak(x) + _peak(-x))
+    return half_width / shape.radius, shape.y + _peak(y)
+
+
+def _peak(values: Floats) -> float:
+    """Greatest value of a closed curve, refined by a parabola."""
+    k = int(np.argmax(values))
+    before, here, after = values[k - 1], values[k], values[(k + 1) % len(values)]
+    bend = before - 2.0 * here + after
+    return float(here if bend == 0.0 else here - (before - after) ** 2 / (8.0 * bend))
