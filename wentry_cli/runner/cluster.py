@@ -26,7 +26,7 @@ def run_on_cluster(address: str, work: Work, drops: list[Drop], report: Report) 
         raise InputError('--cluster needs Dask: pip install "wentry[cluster]"') from error
     try:
         known = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
-        client = Client(**known, timeout="10s", set_as_default=False)
+        client = Client(**known, timeout="10s")
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(f"{address}: no Dask scheduler answers there; start one with `dask scheduler`") from error
     with client:

@@ -146,7 +146,8 @@ def raise_failures(campaign: Campaign) -> None:
         error.exit_code = campaign.failures[0].exit_code
         raise error
     names = ", ".join(failure.drop for failure in campaign.failures)
-    raise CampaignError(f"{len(campaign.failures)} of {campaign.size} drops failed: {names}; the others are complete")
+    rest = "the others are complete" if len(campaign.failures) < campaign.size else "no drop is complete"
+    raise CampaignError(f"{len(campaign.failures)} of {campaign.size} drops failed: {names}; {rest}")
 
 
 def plans(campaign: Campaign, results: Path, commands: tuple[str, ...], choice: Choice) -> dict[str, list[Step]]:
