@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -7,7 +8,7 @@ import yaml
 
 from wentry_cli.errors import ConfigurationError, InputError
 from wentry_cli.synthetic.campaign import plan_scene
-from wentry_cli.synthetic.scene import load_scenes
+from wentry_cli.synthetic.scenes_file import load_scenes
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 VIEW = {"width": 64, "height": 64, "scale_px_per_m": 200}
@@ -15,26 +16,40 @@ DROP = {"name": "a", "sphere": {"diameter_m": 0.05}, "height_m": 1.0, "side": VI
 
 
 def write(path: Path, document: object) -> Path:
-    path.write_text(yaml.safe_dump(document), encoding="utf-8")
+    path.write_text(yaml.safe_dump(json.loads(json.dumps(document))), encoding="utf-8")  # without aliases
     return path
 
 
 @pytest.mark.parametrize(
     ("document", "word"),
     [
-        ({"drops": [{**DROP, "heigth_m": 1.0}]}, "heigth_m"),
+        (
+            {"drops": [{**DROP, "heigth_m": 1.0}]},
+            r"scenes.yaml:\d+:3: error: heigth_m: unknown key; did you mean height_m",
+        ),
         ({"drops": [{**DROP, "physics": {"drag": -1.0}}]}, "physics.drag"),
         ({"drops": [{**DROP, "impact_speed_m_s": 3.0}]}, "impact_speed_m_s"),
         ({"drops": [{k: v for k, v in DROP.items() if k != "side"}]}, "at least one view"),
-        ({"drops": [DROP, DROP]}, "share a name"),
+        ({"drops": [DROP, DROP]}, r"scenes.yaml:\d+:3: error: drops.1.name: two drops share the name a"),
         ({"drops": [{**DROP, "sphere": {"diameter_m": 0.05, "material": "cheese"}}]}, "cheese"),
         ({"scenes": [DROP]}, "drops"),
         ({"drops": [DROP], "colour": 1}, "colour"),
-        ([DROP], "mapping"),
+        ([DROP], "key: value"),
+        ({"drops": [DROP], "seed": "x"}, "seed"),
+        ({"drops": [{**DROP, "physics": {"drag": float("nan")}}]}, "physics.drag: must be a finite number"),
+        ({"drops": [DROP, 3]}, "drops.1"),
+        (
+            {
+                "drops": [{**DROP, "sphere": {"diameter_m": 0.05, "material": "soft"}}],
+                "materials": {"soft": {"xi": -1}},
+            },
+            "sphere.law.g_inf_pa",
+        ),
+        ({"materials": "none.yaml", "drops": [DROP]}, "none.yaml"),
     ],
 )
 def test_a_wrong_scenes_file_says_what_is_wrong(tmp_path, document, word):
-    with pytest.raises(ConfigurationError, match=word):
+    with pytest.raises((ConfigurationError, InputError), match=word):
         load_scenes(write(tmp_path / "scenes.yaml", document))
 
 
@@ -82,3 +97,26 @@ def test_the_paper_has_its_twenty_four_drops():
     soft = [s for s in scenes if s.sphere.law is not None]
     off_model = [s for s in soft if s.physics.shallow_valleys or s.physics.period_growth]
     assert len(off_model) == len(soft) // 2
+
+
+def test_numbers_as_everybody_writes_them_and_no_aliases(tmp_path):
+    text = "drops:\n- {name: a, height_m: 1, sphere: {diameter_m: 5e-2}, side: &v "
+    text += "{width: 64, height: 64, scale_px_per_m: 2e2}"
+    (tmp_path / "scenes.yaml").write_text(text + "}\n")
+    (scene,) = load_scenes(tmp_path / "scenes.yaml")
+    assert (scene.sphere.diameter_m, scene.side.scale_px_per_m) == (0.05, 200.0)
+    (tmp_path / "scenes.yaml").write_text(text + ", top: *v}\n")
+    with pytest.raises(ConfigurationError, match="aliases"):
+        load_scenes(tmp_path / "scenes.yaml")
+
+
+def test_all_mistakes_come_at_once_and_each_once(tmp_path):
+    wrong = {
+        "defaults": {"side": {**VIEW, "fsp": 1.0}},
+        "drops": [{**DROP, "name": n, "clip": {"befor_s": 1}} for n in "ab"],
+    }
+    with pytest.raises(ConfigurationError) as caught:
+        load_scenes(write(tmp_path / "scenes.yaml", wrong))
+    lines = str(caught.value).splitlines()
+    assert [("fsp" in line, "befor_s" in line) for line in lines] == [(True, False), (False, True), (False, True)]
+    assert "did you mean fps" in lines[0]

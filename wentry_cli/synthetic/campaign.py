@@ -17,7 +17,8 @@ from wentry_cli.synthetic.course import Course, plan_course
 from wentry_cli.synthetic.film import Film
 from wentry_cli.synthetic.frame_writers import open_writer
 from wentry_cli.synthetic.nuisance import draw_static
-from wentry_cli.synthetic.scene import Camera, Scene, load_scenes
+from wentry_cli.synthetic.scene import Camera, Scene
+from wentry_cli.synthetic.scenes_file import load_scenes
 from wentry_cli.synthetic.side_view import draw_side_instant
 from wentry_cli.synthetic.top_view import draw_top_instant
 from wentry_cli.synthetic.truth import write_truth
@@ -143,7 +144,7 @@ def render_campaign(
     """Render every drop of the scenes file ``path`` into its own folder below ``folder``; returns those folders.
 
     ``only`` names the drops to render (all if empty); ``progress`` is called with (drops done, drops in all). Raises
-    as :func:`scene.load_scenes`, and ConfigurationError if ``only`` names a drop that is not there.
+    as :func:`scenes_file.load_scenes`, and ConfigurationError if ``only`` names a drop that is not there.
     """
     scenes = load_scenes(path)
     missing = sorted(set(only) - {scene.name for scene in scenes})

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
-
-from wentry_cli.errors import ConfigurationError, InputError
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 Positive = Annotated[float, Field(gt=0)]
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -18,7 +14,7 @@ Count = Annotated[int, Field(ge=0)]
 class Part(BaseModel):
     """A frozen part of a scene; unknown keys are errors."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class Material(Part):
@@ -168,77 +164,3 @@ class Scene(Part):
         if self.impact_speed_m_s is not None:
             return self.impact_speed_m_s
         return float((2.0 * self.physics.gravity_m_s2 * (self.height_m or 0.0)) ** 0.5)
-
-
-def _merge(base: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
-    merged = dict(base)
-    for key, value in over.items():
-        old = merged.get(key)
-        merged[key] = _merge(old, value) if isinstance(old, dict) and isinstance(value, dict) else value
-    return merged
-
-
-def _fill(entry: dict[str, Any], document: dict[str, Any], index: int) -> dict[str, Any]:
-    """Defaults, material and seed of one drop; a view set to ``null`` drops the view."""
-    filled = _merge(document.get("defaults", {}), entry)
-    filled.setdefault("seed", int(document.get("seed", 0)) * 1000 + index)
-    ball = dict(filled.get("sphere") or {})
-    name = ball.get("material", "rigid")
-    if name != "rigid" and "law" not in ball:
-        laws = document.get("materials", {})
-        if name not in laws:
-            raise ValueError(f"material {name!r} of drop {filled.get('name')!r} is not under materials:")
-        ball["law"] = laws[name]
-    filled["sphere"] = ball
-    return filled
-
-
-def _load_materials(path: Path, given: Any) -> dict[str, Any]:
-    """Laws by name: written out, or read from the materials file that ``given`` names beside the scenes file."""
-    if not isinstance(given, str):
-        return dict(given or {})
-    listed = _read_yaml(path.parent / given).get("materials", {})
-    return {name: {k: v for k, v in law.items() if k in Material.model_fields} for name, law in listed.items()}
-
-
-def _read_yaml(path: Path) -> dict[str, Any]:
-    try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot read the file ({error.strerror}); give a YAML file") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f"{path}: error: not valid YAML: {' '.join(str(error).split())}") from error
-    if not isinstance(document, dict):
-        raise ConfigurationError(f"{path}: error: not a mapping; a scenes file has a list of drops")
-    return document
-
-
-def load_scenes(path: Path) -> list[Scene]:
-    """Read a scenes file: ``materials`` (laws by name, or the name of a file), ``defaults``, ``seed``, list ``drops``.
-
-    Raises InputError if the file cannot be read and ConfigurationError for unknown, mistyped or missing keys.
-    """
-    path = Path(path)
-    document = _read_yaml(path)
-    if not isinstance(document.get("drops"), list):
-        raise ConfigurationError(f"{path}: error: drops: missing; a scenes file has a list of drops")
-    unknown = set(document) - {"materials", "defaults", "seed", "drops"}
-    if unknown:
-        raise ConfigurationError(
-            f"{path}: error: {sorted(unknown)[0]}: unknown key; use materials, defaults, seed, drops"
-        )
-    document["materials"] = _load_materials(path, document.get("materials"))
-    scenes = []
-    for index, entry in enumerate(document["drops"]):
-        try:
-            scenes.append(Scene.model_validate(_fill(entry, document, index)))
-        except ValidationError as error:
-            lines = [f"{'.'.join(str(k) for k in e['loc']) or 'drop'}: {e['msg']}" for e in error.errors()]
-            name = entry.get("name", index) if isinstance(entry, dict) else index
-            raise ConfigurationError(f"{path}: error: drop {name}: " + "; ".join(lines)) from error
-        except (ValueError, TypeError, AttributeError) as error:
-            raise ConfigurationError(f"{path}: error: drop {index}: {error}") from error
-    names = [scene.name for scene in scenes]
-    if len(set(names)) != len(names):
-        raise ConfigurationError(f"{path}: error: name: two drops share a name; give each its own")
-    return scenes
