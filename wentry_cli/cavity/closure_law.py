@@ -14,9 +14,9 @@ EXPONENT_PRIOR_UNC = 0.03
 CURVATURE_PRIOR_UNC = 1.0  # of c times the span of the fitted samples
 LOWEST = np.array([1e-9, -np.inf, 0.3, -0.95])
 HIGHEST = np.array([np.inf, np.inf, 0.9, 20.0])
-MOST_STEPS = 200
+MOST_STEPS = 60  # a neck that does not close has its minimum far away in a flat valley, of no use to anybody
 STILL = 1e-9  # relative step at which the search has ended
-FLAT = 1e-12  # relative gain of the cost at which it has ended
+FLAT = 1e-10  # relative gain of the cost at which it has ended
 
 
 @dataclass(frozen=True)
@@ -117,6 +117,6 @@ def _step(jacobian: Floats, gradient: Floats, free: NDArray[np.bool_], damping: 
     step = np.zeros(free.size)
     part = jacobian[:, free]
     normal = part.T @ part
-    normal[np.diag_indices_from(normal)] *= 1.0 + damping
+    normal.flat[:: normal.shape[0] + 1] *= 1.0 + damping
     step[free] = -np.linalg.lstsq(normal, gradient[free], rcond=None)[0]
     return step
