@@ -11,12 +11,13 @@ import yaml
 
 from tests.synthetic.drops import SOFT, make_scene
 from wentry_cli.config.models import Experiment
-from wentry_cli.errors import ConfigurationError
+from wentry_cli.errors import ConfigurationError, InputError
 from wentry_cli.synthetic.camera_view import place_side
 from wentry_cli.synthetic.campaign import FIRST_NUMBER, describe_experiment, plan_scene, render_campaign, render_drop
 from wentry_cli.synthetic.film import Film
 from wentry_cli.synthetic.nuisance import draw_static
 from wentry_cli.synthetic.side_view import draw_side_instant, see_instant
+from wentry_cli.synthetic.top_view import draw_top_instant
 
 TOP = {"width": 96, "height": 96, "scale_px_per_m": 900.0, "camera_distance_m": 1.5, "fps": 500.0}
 SIDE = {"width": 120, "height": 200, "scale_px_per_m": 500.0, "surface_y_px": 60.3, "fps": 500.0}
@@ -39,7 +40,7 @@ def film(scene) -> Film:
 
 
 def test_same_seed_same_bytes_with_every_switch(tmp_path):
-    scene = make_scene(side={**SIDE, "bits": 12, "format": "mraw"}, top=TOP, switches=SPOILT, clip={"longest_s": 0.05})
+    scene = make_scene(side={**SIDE, "bits": 12, "format": "mraw"}, top=TOP, switches=SPOILT, clip={"longest_s": 0.035})
     render_drop(scene, tmp_path / "a")
     render_drop(scene, tmp_path / "b")
     first = digest(tmp_path / "a")
@@ -122,8 +123,9 @@ def test_dropped_and_duplicated_frames(tmp_path):
 
 def test_campaign_in_two_processes_writes_the_same(tmp_path):
     flight = {"kind": "free_flight", "impact_speed_m_s": 1.0, "clip": {"longest_s": 0.01}, "side": SIDE}
-    drops = [{"name": n, "sphere": {"diameter_m": 0.02}, **flight} for n in ("a", "b")]
-    (tmp_path / "scenes.yaml").write_text(yaml.safe_dump({"materials": {"soft": SOFT}, "drops": drops}))
+    drops = [{"name": n} for n in ("a", "b")]
+    scenes = {"materials": {"soft": SOFT}, "defaults": {"sphere": {"diameter_m": 0.02}, **flight}, "drops": drops}
+    (tmp_path / "scenes.yaml").write_text(yaml.safe_dump(scenes))
     done: list[tuple[int, int]] = []
     folders = render_campaign(tmp_path / "scenes.yaml", tmp_path / "one", progress=lambda a, b: done.append((a, b)))
     render_campaign(tmp_path / "scenes.yaml", tmp_path / "two", jobs=2)
@@ -195,3 +197,64 @@ def test_the_surface_is_drawn_at_the_row_of_the_truth(kind, surface):
         else:
             row = 319.5 - float(hidden.sum()) / 0.88
         assert row == pytest.approx(surface, abs=1e-4)
+
+
+FLIGHT = {"kind": "free_flight", "impact_speed_m_s": 1.0}
+
+
+def test_a_shorter_rendering_leaves_nothing_of_the_longer_one(tmp_path):
+    long, short = (
+        make_scene(side=SIDE, top=t, clip={"longest_s": s}, **FLIGHT) for t, s in ((TOP, 0.02), (None, 0.01))
+    )
+    render_drop(long, tmp_path / "a")
+    (tmp_path / "a" / "notes.txt").write_text("mine")
+    (tmp_path / "a" / "side" / "side_by_side.png").write_text("mine")
+    render_drop(short, tmp_path / "a")
+    render_drop(short, tmp_path / "b")
+    kept, drawn = digest(tmp_path / "a"), digest(tmp_path / "b")
+    assert {"notes.txt", "side/side_by_side.png"} == set(kept) - set(drawn)
+    assert {name: kept[name] for name in drawn} == drawn
+    assert not (tmp_path / "a" / "top").exists()
+
+
+def test_what_no_rendering_wrote_is_left_alone(tmp_path):
+    lab = tmp_path / "lab" / "side" / "side_000001.png"
+    lab.parent.mkdir(parents=True)
+    lab.write_bytes(b"a frame")
+    (tmp_path / "lab" / "experiment.yaml").write_text("kind: free_flight")
+    before = digest(tmp_path)
+    with pytest.raises(InputError, match="not rendered by wentry"):
+        render_drop(make_scene(side=SIDE, **FLIGHT), tmp_path / "lab")
+    with pytest.raises(InputError, match="is a file"):
+        render_drop(make_scene(side=SIDE, **FLIGHT), tmp_path / "lab" / "experiment.yaml")
+    assert digest(tmp_path) == before
+
+
+def test_an_interrupted_rendering_is_not_taken_for_a_drop_and_can_be_done_again(tmp_path):
+    scene = make_scene(side=SIDE, clip={"longest_s": 0.02}, **FLIGHT)
+    render_drop(scene, tmp_path / "a")
+
+    def stop(done: int, total: int) -> None:
+        if done == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        render_drop(scene, tmp_path / "a", progress=stop)
+    assert not (tmp_path / "a" / "experiment.yaml").exists()
+    render_drop(scene, tmp_path / "a")
+    render_drop(scene, tmp_path / "b")
+    assert digest(tmp_path / "a") == digest(tmp_path / "b")
+
+
+def test_a_top_view_lit_from_the_front_has_highlights_and_a_shadow(tmp_path):
+    view = {"width": 200, "height": 200, "scale_px_per_m": 2400.0, "polarity": "bright"}
+    pictures = []
+    for switches in ({}, {"wet_highlights": 8, "crown_shadow": True}):
+        course, _ = plan_scene(make_scene(top=view, switches=switches))
+        pictures.append(Film(course, course.scene.top, draw_top_instant, [], 3).transmission(0.012))
+    plain, lit = pictures
+    assert plain[100, 100] > 0.9
+    assert (lit - plain).max() > 0.2
+    assert (lit - plain)[100, 40:60].min() < -0.3
+    outside = np.hypot(*(np.mgrid[:200, :200] - 99.5)) > 2400.0 * 0.0255 * 1.7
+    np.testing.assert_allclose(lit[outside], plain[outside], atol=1e-4)

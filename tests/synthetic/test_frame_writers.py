@@ -6,8 +6,6 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.synthetic.drops import make_scene
-from wentry_cli.synthetic.campaign import render_drop
 from wentry_cli.synthetic.frame_writers import PhotronWriter, open_writer, pack_12bit
 from wentry_cli.synthetic.scene import Camera
 
@@ -60,11 +58,3 @@ def test_images_come_back_as_they_were(tmp_path, form, bits, suffix):
     writer.write(12, levels)
     writer.close()
     np.testing.assert_array_equal(cv2.imread(str(tmp_path / "side" / f"side_000012{suffix}"), -1), levels)
-
-
-def test_frames_of_an_earlier_rendering_do_not_stay(tmp_path):
-    scene = make_scene(kind="free_flight", impact_speed_m_s=1.0, clip={"longest_s": 0.004})
-    (tmp_path / "side").mkdir()
-    (tmp_path / "side" / "side_000999.png").write_bytes(b"old")
-    render_drop(scene, tmp_path)
-    assert not (tmp_path / "side" / "side_000999.png").exists()

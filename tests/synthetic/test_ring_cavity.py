@@ -92,3 +92,17 @@ def test_period_growth_and_factor_slow_the_oscillation():
     slow = plan_scene(make_scene(physics={"period_factor": 1.4, "period_growth": 0.3}))[0]
     plain = plan_scene(make_scene(physics={"period_factor": 1.4}))[0]
     assert slow.cavity.starts[1][0] > plain.cavity.starts[1][0] * 1.02
+
+
+def test_a_sucking_dome_pulls_the_cavity_off_the_surface():
+    physics = {"dome_over_time": 1.5, "dome_suction": 0.1}
+    course = plan_scene(make_scene(physics=physics, clip={"after_pinch_off_s": 0.02}))[0]
+    cavity = course.cavity
+    assert cavity.seal_type == "surface_seal"
+    assert course.dome_over_s < cavity.t_p_s < plan_scene(make_scene())[0].cavity.t_p_s
+    assert (cavity.y_p_m, cavity.pinch_off_cavity) == (0.0, 0)
+    for k in (0, 20, 40, 100):
+        before, after = (cavity.wall(cavity.closes()[k] + s)[k] for s in (-1e-7, 1e-7))
+        assert after == 0.0 <= before < 2e-4
+    tops = [float(cavity.depth[np.argmax(cavity.wall(cavity.t_p_s + s) > 0.0)]) for s in (0.001, 0.005, 0.01, 0.02)]
+    assert np.all(np.diff(tops) > 1e-4)

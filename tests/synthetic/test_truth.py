@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 import yaml
 
-from tests.synthetic.drops import make_scene
+from tests.synthetic.drops import SOFT, VERY_SOFT, make_scene
 from wentry_cli.synthetic.campaign import plan_scene
+from wentry_cli.synthetic.periods import PERIOD_DEFINITION, find_periods
 from wentry_cli.synthetic.ring_cavity import find_contact
 from wentry_cli.synthetic.side_view import see_instant
+from wentry_cli.synthetic.stretch_dynamics import solve_oscillation
 from wentry_cli.synthetic.truth import (
     NECK_COLUMNS,
     TRUTH_COLUMNS,
-    find_periods,
     find_separation,
     summarise_truth,
     tabulate_side,
@@ -178,3 +179,23 @@ def test_a_plate_flattens_the_sphere():
     assert flat.motion.center(t[30])[0] < plain.motion.center(t[30])[0]
     y, v, _ = flat.motion.center(t[2:])
     np.testing.assert_allclose(np.gradient(y, t[2:])[2:-2], v[2:-2], atol=0.05 * np.abs(v).max())
+
+
+@pytest.mark.parametrize(("law", "diameter"), [(SOFT, 0.051), (VERY_SOFT, 0.051), (VERY_SOFT, 0.1)])
+def test_the_slow_part_of_the_stretch_is_gone_when_the_first_period_ends(law, diameter):
+    """The linear equations about rest split a state into a damped swing and a part that only decays."""
+    course, times = plan_scene(make_scene(sphere={"diameter_m": diameter, "law": law}, height_m=2.27))
+    scene, ends = course.scene, np.array(find_periods(course).ends_s[:1])
+    material, speed = scene.sphere.law, scene.speed_m_s
+    tau = course.motion.state(ends)[2]
+    state = solve_oscillation(material, diameter / 2, 1070.0, speed, scene.physics, end_s=tau[0] * 1.1).dense(tau)
+    stiffness = 5.0 / (2.0 * 1070.0 * (diameter / 2) ** 2) / 3.0 * 12.0
+    flow = 3.0 * material.eps0_dot_1_s * material.xi**material.n * material.g_t_pa
+    total, second = stiffness * (material.g_inf_pa + material.g_t_pa), stiffness * material.g_t_pa
+    values, modes = np.linalg.eig(np.array([[0.0, 1.0, 0.0], [-total, 0.0, second], [flow, 0.0, -flow]]))
+    slow = int(np.argmin(np.abs(values.imag)))
+    away = np.stack([np.log(state[0]), state[1] / state[0], np.log(state[2])])
+    part = (modes[0, slow] * (np.linalg.inv(modes)[slow] @ away)).real
+    assert values[slow].real < 0.0
+    assert np.all(np.abs(part) < 0.005)
+    assert summarise_truth(course, times["side"])["period_definition"] == PERIOD_DEFINITION

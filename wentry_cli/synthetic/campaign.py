@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from wentry_cli.errors import ConfigurationError
 from wentry_cli.synthetic.camera_view import place_side
 from wentry_cli.synthetic.course import Course, plan_course
+from wentry_cli.synthetic.drop_folder import clear_folder, write_whole
 from wentry_cli.synthetic.film import Film
 from wentry_cli.synthetic.frame_writers import open_writer
 from wentry_cli.synthetic.nuisance import draw_static
@@ -117,7 +118,8 @@ def _find_offset(times: dict[str, NDArray[np.float64]]) -> float:
 def render_drop(scene: Scene, folder: Path, *, progress: Progress | None = None) -> None:
     """Draw both views of ``scene`` into ``folder`` with experiment.yaml and truth/.
 
-    ``progress`` is called with (frames done, frames in all). The same scene gives the same bytes.
+    ``progress`` is called with (frames done, frames in all). The same scene gives the same bytes. Files of an earlier
+    rendering are removed; raises InputError if ``folder`` holds others and no rendering.
     """
     course, times = plan_scene(scene)
     total, count = sum(t.size for t in times.values()), 0
@@ -128,6 +130,7 @@ def render_drop(scene: Scene, folder: Path, *, progress: Progress | None = None)
         if progress is not None:
             progress(count, total)
 
+    clear_folder(folder)
     write_truth(course, folder / "truth", times.get("side"), times.get("top"))
     sources = {}
     for view, camera in (("side", scene.side), ("top", scene.top)):
@@ -135,7 +138,7 @@ def render_drop(scene: Scene, folder: Path, *, progress: Progress | None = None)
             sources[view] = _write_view(_film(course, camera, view), view, folder, times[view], done)
     # Last, so that a drop whose rendering was cut short is not taken for one.
     text = yaml.safe_dump(describe_experiment(scene, sources, _find_offset(times)), sort_keys=False)
-    (folder / "experiment.yaml").write_text(text, encoding="utf-8")
+    write_whole(folder / "experiment.yaml", text)
 
 
 def render_campaign(

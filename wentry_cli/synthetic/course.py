@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.synthetic.entry_dynamics import Motion, solve_entry
 from wentry_cli.synthetic.outline import describe_shape
-from wentry_cli.synthetic.ring_cavity import Cavity, build_cavity
+from wentry_cli.synthetic.ring_cavity import Cavity, Suction, build_cavity
 from wentry_cli.synthetic.scene import Scene
 from wentry_cli.synthetic.stretch_dynamics import solve_oscillation
 
@@ -95,7 +95,8 @@ def plan_course(scene: Scene, phase: float) -> Course:
     if scene.kind == "surface_impact":
         return Course(scene, _solve_plate(scene, longest), None, np.inf, start, longest)
     motion = solve_entry(scene, end_s=max(longest, 0.05) * 1.5)
-    cavity = build_cavity(motion, scene.physics)
     dome = scene.physics.dome_over_time * scene.sphere.diameter_m / scene.speed_m_s
+    pull = scene.physics.dome_suction * scene.speed_m_s**2
+    cavity = build_cavity(motion, scene.physics, Suction(pull, dome, 0.25 * scene.sphere.diameter_m))
     end = min(longest, cavity.t_p_s + clip.after_pinch_off_s) if np.isfinite(cavity.t_p_s) else longest
     return Course(scene, motion, cavity, dome, float(start), float(end))

@@ -31,13 +31,11 @@ class ImageWriter:
     """One numbered PNG or TIFF a frame; 12-bit grey levels are stored in 16-bit words, right-aligned."""
 
     def __init__(self, folder: Path, view: str, suffix: str) -> None:
-        """Make the folder and drop the frames of an earlier rendering."""
+        """Make the folder."""
         self.source = view
         self._folder = folder / view
         self._folder.mkdir(parents=True, exist_ok=True)
         self._suffix = suffix
-        for old in self._folder.glob(f"{view}_[0-9]*"):
-            old.unlink()
 
     def write(self, number: int, levels: Levels) -> None:
         """Write ``<view>_000123.<suffix>``."""

@@ -3,7 +3,9 @@
 Where the contact line passes a depth z it leaves a ring of the radius r0 that the sphere has there. The ring moves
 outward with a speed w, a share of the speed of the sphere plus a share of the speed at which the sphere widens, and
 falls back under the hydrostatic pressure: R^2 = r0^2 + 2 r0 w s - g z s^2, s since its birth. Where the wall would lie
-inside the sphere it wets it, so the contact line recedes upward by itself.
+inside the sphere it wets it, so the contact line recedes upward by itself. From the dome-over on, the air under the
+dome may pull at the rings near the surface: another - q exp(-4 z / D) (t - t_dome)^2, q the missing pressure over rho.
+Where that closes the uppermost rings first, the cavity pulls away from the surface.
 """
 
 from __future__ import annotations
@@ -19,6 +21,22 @@ from wentry_cli.synthetic.scene import Physics
 Floats = NDArray[np.float64]
 STEPS_PER_RADIUS = 100
 WETTING_HEIGHT = 0.25
+
+
+@dataclass(frozen=True)
+class Suction:
+    """Missing pressure over density under the dome (m2/s2), from ``start_s`` on; it falls off over ``reach_m``."""
+
+    pull_m2_s2: float = 0.0
+    start_s: float = float("inf")
+    reach_m: float = 1.0
+
+    def at(self, depth: Floats) -> Floats:
+        """The pull at ``depth``."""
+        return np.asarray(self.pull_m2_s2 * np.exp(-depth / self.reach_m))
+
+
+NO_SUCTION = Suction()
 
 
 @dataclass(frozen=True)
@@ -40,22 +58,35 @@ class Cavity:
     y_p_m: float
     pinch_off_cavity: int
     seal_type: str
+    suction: Suction = NO_SUCTION
 
     def wall(self, t: float) -> Floats:
         """Radius of every ring at time ``t``: NaN where not yet born, 0 where closed."""
         s = t - self.born
         square = self.radius**2 + 2.0 * self.radius * self.speed * s - self.gravity_m_s2 * self.depth * s * s
+        square = (
+            square - self.suction.at(self.depth) * np.maximum(t - np.maximum(self.born, self.suction.start_s), 0.0) ** 2
+        )
         closed = t >= self.closes()
         return np.where(s < 0.0, np.nan, np.where(closed, 0.0, np.sqrt(np.maximum(square, 0.0))))
 
     def closes(self) -> Floats:
         """Time at which every ring closes."""
-        return _closing_times(self.depth, self.born, self.radius, self.speed, self.gravity_m_s2)
+        return _closing_times((self.depth, self.born, self.radius, self.speed), self.gravity_m_s2, self.suction)
 
 
-def _closing_times(depth: Floats, born: Floats, radius: Floats, speed: Floats, gravity: float) -> Floats:
+def _closing_times(rings: tuple[Floats, Floats, Floats, Floats], gravity: float, suction: Suction) -> Floats:
+    """Greater root of the radius squared; with the suction where that starts before the ring has closed without."""
+    depth, born, radius, speed = rings
     pull = gravity * np.maximum(depth, 1e-9)
-    return np.asarray(born + radius * (speed + np.sqrt(speed**2 + pull)) / pull)
+    closes = born + radius * (speed + np.sqrt(speed**2 + pull)) / pull
+    if not suction.pull_m2_s2:
+        return np.asarray(closes)
+    extra, wait = suction.at(depth), np.maximum(suction.start_s - born, 0.0)
+    linear, rest = radius * speed + extra * wait, radius**2 - extra * wait**2
+    total = pull + extra
+    sooner = born + (linear + np.sqrt(np.maximum(linear**2 + total * rest, 0.0))) / total
+    return np.asarray(np.where(born + wait < closes, sooner, closes))
 
 
 def find_contact(motion: Motion, physics: Physics, t: Floats) -> tuple[Floats, Floats]:
@@ -88,7 +119,7 @@ def _first_passage(depth: Floats, t: Floats, grid: Floats) -> Floats:
 
 
 def _find_seal(motion: Motion, depth: Floats, closes: Floats) -> tuple[float, float, str]:
-    """First closure that is not inside the sphere: time, depth, type."""
+    """First closure that is not inside the sphere: time, depth, type; at the uppermost ring it is a surface seal."""
     order = np.argsort(closes)
     times = closes[order]
     use = times <= motion.end_s
@@ -102,6 +133,8 @@ def _find_seal(motion: Motion, depth: Floats, closes: Floats) -> tuple[float, fl
         return float("nan"), float("nan"), "none"
     first = free[0]
     z, t = float(depth[order][first]), float(times[first])
+    if z == depth[0]:
+        return t, 0.0, "surface_seal"
     near_top = z > float(top[first]) - 0.1 * motion.radius_m
     return t, z, "sphere_seal" if near_top or first > 0 else "deep_seal"
 
@@ -139,7 +172,7 @@ def _count_dry_rings(motion: Motion, cavity_rings: tuple[Floats, Floats, Floats,
     return int(new[wetted[0]]) if wetted.size else depth.size
 
 
-def build_cavity(motion: Motion, physics: Physics) -> Cavity:
+def build_cavity(motion: Motion, physics: Physics, suction: Suction = NO_SUCTION) -> Cavity:
     """Rings left by the sphere of ``motion`` and the seal that emerges from them."""
     t = np.linspace(0.0, motion.end_s, 20001)
     contact, radius = find_contact(motion, physics, t)
@@ -156,9 +189,10 @@ def build_cavity(motion: Motion, physics: Physics) -> Cavity:
     expansions = find_expansions(motion)
     number = 1 + np.searchsorted(expansions, born)
     starts = tuple((float(s), float(np.interp(s, t, np.maximum.accumulate(contact)))) for s in expansions)
-    closes = _closing_times(grid, born, r0, speed, physics.gravity_m_s2)
+    closes = _closing_times((grid, born, r0, speed), physics.gravity_m_s2, suction)
     t_p, z_p, seal = _find_seal(motion, grid, closes)
     if seal == "deep_seal":
         z_p, t_p = _refine(grid, closes, z_p)
-    cavity = int(number[np.argmin(np.abs(grid - z_p))]) if np.isfinite(z_p) else 0
-    return Cavity(grid, born, r0, speed, number, physics.gravity_m_s2, starts, t_p, -z_p, cavity, seal)
+    counted = np.isfinite(z_p) and seal != "surface_seal"
+    cavity = int(number[np.argmin(np.abs(grid - z_p))]) if counted else 0
+    return Cavity(grid, born, r0, speed, number, physics.gravity_m_s2, starts, t_p, 0.0 - z_p, cavity, seal, suction)

@@ -45,7 +45,9 @@ class Physics(Part):
     ``period_factor`` stretches the time of the oscillation (water that moves along); ``loading_rate`` is the rate of
     stretch that the impact leaves behind, times R/U0, delivered within ``loading_time`` R/U0; ``shallow_valleys``
     makes every excursion below 1 smaller by that share; ``period_growth`` lengthens the period by that share over ten
-    diameters of depth. Both are off the model of the material on purpose.
+    diameters of depth. Both are off the model of the material on purpose. ``dome_suction`` is the pressure by which the
+    air under the dome falls short, over rho U0^2: it closes the cavity below the surface from the dome-over on, and
+    pulls it away (a surface seal, if that is before a neck closes). ``contact_patch`` flattens a sphere on a plate.
     """
 
     gravity_m_s2: Positive = 9.81
@@ -64,6 +66,7 @@ class Physics(Part):
     crown_speed: Positive = 0.35
     crown_lean: Positive = 0.35
     dome_over_time: Positive = 3.5
+    dome_suction: Annotated[float, Field(ge=0)] = 0.0
     contact_patch: Annotated[float, Field(ge=0, le=0.5)] = 0.0
 
 
@@ -123,6 +126,8 @@ class Switches(Part):
     second_object: bool = False
     lamp_image: bool = False
     jets: bool = False
+    wet_highlights: Count = 0
+    crown_shadow: bool = False
 
 
 class Clip(Part):

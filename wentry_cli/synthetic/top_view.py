@@ -8,12 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.synthetic.course import Course
+from wentry_cli.synthetic.outline import draw_blob
 from wentry_cli.synthetic.raster import Polygon
 from wentry_cli.synthetic.ring_cavity import find_contact
 from wentry_cli.synthetic.splash import find_crown
 
 Floats = NDArray[np.float64]
 POINTS = 1440
+RING_BEHIND, SPHERE, SHADOW, HIGHLIGHT, RING = range(5)
 
 
 def _circle(radius: float, ragged: Floats | None = None) -> Floats:
@@ -87,6 +89,26 @@ def shows_circle(course: Course, t: float) -> bool:
     return ring.opening_m * (1.0 - 2.0 * ring.ragged) - margin > radius
 
 
+def _light_from_the_front(course: Course, radius: float, middle: Floats, ring: SplashRing | None) -> list[Polygon]:
+    """Wet highlights on the sphere, and the shadow that the crown throws onto it from a lamp on the left.
+
+    In a bright view levels are inverted: a negative one is brighter than the ground of a dark view, a high one dark.
+    """
+    switches = course.scene.switches
+    polygons = []
+    if switches.crown_shadow and ring is not None and not ring.behind:
+        theta = np.linspace(0.6 * np.pi, 1.4 * np.pi, 120)
+        rim = np.stack([np.cos(theta), np.sin(theta)], axis=1)
+        inner = 0.995 * radius * rim * np.array([0.75, 1.0])
+        polygons.append(Polygon(np.concatenate([0.995 * radius * rim, inner[::-1]]) + middle, 0.6, SHADOW))
+    rng = np.random.default_rng(course.scene.seed + 31)
+    for _ in range(switches.wet_highlights):
+        angle, reach, size = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(0.1, 0.92), rng.uniform(0.01, 0.05)
+        at = (reach * np.cos(angle) * radius + middle[0], reach * np.sin(angle) * radius + middle[1])
+        polygons.append(Polygon(draw_blob(at, size * radius, rng, points=24), -0.25, HIGHLIGHT))
+    return polygons
+
+
 def draw_top_instant(course: Course, t: float) -> list[Polygon]:
     """Polygons of the top view at ``t``: the crown is a ring in front of the sphere, seen through its opening."""
     camera, scene = course.scene.top, course.scene
@@ -99,13 +121,14 @@ def draw_top_instant(course: Course, t: float) -> list[Polygon]:
     middle = np.array([middle_x, middle_y])
     drift = np.array([scene.switches.drift_m_s * t * camera.scale_px_per_m * magnification, 0.0])
     radius = find_half_width(course, t) * camera.scale_px_per_m * magnification
-    polygons = [Polygon(_circle(radius) + middle + drift, camera.lamp.dark, 1)]
+    polygons = [Polygon(_circle(radius) + middle + drift, camera.lamp.dark, SPHERE)]
     ring = find_splash_ring(course, t)
+    polygons += _light_from_the_front(course, radius, middle + drift, ring)
     if ring is not None:
         edge = _ragged(course, t, ring.ragged)
         outline = _circle(ring.outer_m * camera.scale_px_per_m, edge)
         if ring.opening_m * camera.scale_px_per_m > 0.5:
             hole = _circle(ring.opening_m * camera.scale_px_per_m, edge)
             outline = np.concatenate([outline, outline[:1], hole[:1], hole[::-1]])
-        polygons.append(Polygon(outline + middle, 0.3, 0 if ring.behind else 2))
+        polygons.append(Polygon(outline + middle, 0.3, RING_BEHIND if ring.behind else RING))
     return polygons

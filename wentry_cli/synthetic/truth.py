@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,9 @@ from numpy.typing import NDArray
 
 from wentry_cli.synthetic.camera_view import place_side
 from wentry_cli.synthetic.course import Course
+from wentry_cli.synthetic.drop_folder import write_whole
 from wentry_cli.synthetic.outline import measure_outline
+from wentry_cli.synthetic.periods import PERIOD_DEFINITION, Periods, find_periods
 from wentry_cli.synthetic.ring_cavity import find_contact
 from wentry_cli.synthetic.side_view import Instant, find_film, see_instant
 from wentry_cli.synthetic.top_view import find_magnification, shows_circle
@@ -150,51 +151,6 @@ def tabulate_walls(course: Course, times: Floats) -> list[dict[str, Any]]:
     return rows
 
 
-@dataclass(frozen=True)
-class Periods:
-    """Peaks and periods of the stretch after impact, in seconds and stretches."""
-
-    peak_times_s: tuple[float, ...]
-    peaks: tuple[float, ...]
-    valleys: tuple[float, ...]
-    starts_s: tuple[float, ...]
-    ends_s: tuple[float, ...]
-
-
-def find_periods(course: Course) -> Periods:
-    """Peaks by a parabola on a fine grid; a period ends at the next upward crossing of 1, or midway to the peak."""
-    t = np.linspace(0.0, max(course.end_s, 1e-6), 40001)
-    stretch, _ = course.motion.stretch(t)
-
-    def extrema(values: Floats) -> list[tuple[float, float]]:
-        found = []
-        for i in np.flatnonzero((values[1:-1] > values[:-2]) & (values[1:-1] >= values[2:])) + 1:
-            a, b, c = values[i - 1], values[i], values[i + 1]
-            shift = 0.5 * (a - c) / (a - 2.0 * b + c)
-            found.append((float(t[i] + shift * (t[1] - t[0])), float(b - 0.25 * (a - c) * shift)))
-        return found
-
-    peaks = extrema(stretch)
-    valleys = [(s, -v) for s, v in extrema(-stretch)]
-    ends = []
-    for valley_t, _ in valleys:
-        later = [p for p in peaks if p[0] > valley_t]
-        if not later:
-            break
-        inside = (t >= valley_t) & (t <= later[0][0])
-        up = np.flatnonzero((stretch[inside][:-1] < 1.0) & (stretch[inside][1:] >= 1.0))
-        if up.size:
-            s, part = t[inside], stretch[inside]
-            i = int(up[0])
-            ends.append(float(s[i] + (1.0 - part[i]) / (part[i + 1] - part[i]) * (s[i + 1] - s[i])))
-        else:
-            ends.append(0.5 * (valley_t + later[0][0]))
-    starts = (0.0, *ends[:-1]) if ends else ()
-    return Periods(
-        tuple(p[0] for p in peaks), tuple(p[1] for p in peaks), tuple(v[1] for v in valleys), tuple(starts), tuple(ends)
-    )
-
-
 def _number(value: float) -> float | None:
     return float(f"{value:.9g}") if np.isfinite(value) else None
 
@@ -212,6 +168,7 @@ def summarise_truth(course: Course, side_times: Floats | None) -> dict[str, Any]
         "pinch_off_cavity": cavity.pinch_off_cavity if cavity and cavity.pinch_off_cavity else None,
         "seal_type": cavity.seal_type if cavity else None,
         "dome_over_s": _number(course.dome_over_s),
+        "period_definition": PERIOD_DEFINITION if periods.ends_s else None,
         "periods": [
             {"start_s": _number(a), "end_s": _number(b)} for a, b in zip(periods.starts_s, periods.ends_s, strict=True)
         ],
@@ -272,4 +229,4 @@ def write_truth(course: Course, folder: Path, side_times: Floats | None, top_tim
     if top_times is not None:
         write_rows(folder / "top.csv", tabulate_top(course, top_times), TOP_COLUMNS)
     text = yaml.safe_dump(summarise_truth(course, times), sort_keys=False)
-    (folder / "truth.yaml").write_text(text, encoding="utf-8")
+    write_whole(folder / "truth.yaml", text)
