@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import cv2
@@ -42,6 +43,11 @@ class Background:
         """Rows and columns."""
         return self.level.shape[0], self.level.shape[1]
 
+    @cached_property
+    def coarse_level(self) -> NDArray[np.float32]:
+        """``level``, shrunk for a coarse look."""
+        return shrink(self.level)[0]
+
 
 def build_background(
     samples: NDArray[Any], full_scale: float, *, polarity: str = "dark", empty: bool = False
@@ -51,7 +57,7 @@ def build_background(
     Spheres found in the samples are left out of them, so that one that hardly moves leaves no ghost; with ``empty``
     the samples are known to show no sphere and are averaged. For ``bright`` the darkest third counts.
     """
-    turned: NDArray[Any] = samples if polarity == "dark" else full_scale - samples.astype(np.float32)
+    turned: NDArray[Any] = samples if polarity == "dark" else samples.dtype.type(full_scale) - samples
     noise = relative_noise(turned)
     if empty:
         level = np.asarray(np.mean(turned, axis=0, dtype=np.float64), np.float32)
@@ -91,7 +97,7 @@ def spheres_in_raw(frame: NDArray[Any]) -> list[Candidate]:
 def coarse_transmission(frame: NDArray[Any], background: Background) -> tuple[NDArray[np.float32], float]:
     """A whole raw frame in units of the empty scene, shrunk for a coarse look; and the factor."""
     coarse, factor = shrink(frame)
-    level, _ = shrink(background.level)
+    level = background.coarse_level
     if background.contrast > 0:
         return 1.0 - (coarse - level) / np.float32(background.contrast), factor
     return np.asarray(coarse / np.maximum(level, 1.0), np.float32), factor
@@ -118,28 +124,33 @@ def _bright_background(samples: NDArray[Any], level: NDArray[np.float32], full_s
 @compiled
 def _transmission(
     raw: NDArray[Any],
-    level: NDArray[np.float32],
-    gain: NDArray[np.float32],
+    corner: tuple[int, int],
+    scene: tuple[NDArray[np.float32], NDArray[np.float32]],
     bright: bool,
     out: NDArray[np.float32],
 ) -> None:
+    level, gain = scene
+    x0, y0 = corner
+    columns = raw.shape[1]
     for row in range(raw.shape[0]):
-        for column in range(raw.shape[1]):
-            value = np.float32(raw[row, column])
-            if bright:
-                step = 1.0 + (value - level[row, column]) * gain[row, column]
-                out[row, column] = max(step, -0.25)
-            else:
-                out[row, column] = value * gain[row, column]
+        # whole rows of contiguous arrays, which the compiler turns into vector instructions
+        source, target = raw[row, :], out[row, :]
+        factor = gain[y0 + row, x0 : x0 + columns]
+        if bright:
+            ground = level[y0 + row, x0 : x0 + columns]
+            for column in range(columns):
+                step = np.float32(1.0) + (np.float32(source[column]) - ground[column]) * factor[column]
+                target[column] = max(step, np.float32(-0.25))
+        else:
+            for column in range(columns):
+                target[column] = np.float32(source[column]) * factor[column]
 
 
 def cut_patch(raw: NDArray[Any], x0: int, y0: int, background: Background) -> Patch:
     """Turn the raw grey levels of a region whose first pixel is column ``x0``, row ``y0`` into a patch."""
-    rows = slice(y0, y0 + raw.shape[0])
-    columns = slice(x0, x0 + raw.shape[1])
     values = np.empty(raw.shape, np.float32)
-    bright = background.contrast > 0
-    _transmission(raw, background.level[rows, columns], background.gain[rows, columns], bright, values)
+    scene = (background.level, background.gain)
+    _transmission(np.ascontiguousarray(raw), (x0, y0), scene, background.contrast > 0, values)
     return Patch(values, x0, y0, background.noise, background.ceiling)
 
 
