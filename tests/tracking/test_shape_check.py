@@ -9,7 +9,7 @@ from wentry_cli.tracking.flight import air_plan, both_ways
 from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.scale import PooledRadius
 from wentry_cli.tracking.seed import find_seed
-from wentry_cli.tracking.shape_check import NO_CHECK, ShapeCheck, check_shape, corrected_radius
+from wentry_cli.tracking.shape_check import NO_CHECK, ShapeCheck, check_shape, corrected_radius, learn_departure
 from wentry_cli.tracking.sighting import Sighting
 from wentry_cli.tracking.source import FrameArray
 from wentry_cli.tracking.wet_radius import constrain, pool_sightings
@@ -45,6 +45,20 @@ def test_half_an_outline_of_another_shape_is_told_apart() -> None:
     assert found.radius_ratio_unc == pytest.approx(0.35 * abs(found.radius_ratio - 1.0), rel=0.5)
     assert abs(found.bottom_offset_px) > 0.03
     assert found.stretch_doubt(0.6) > found.stretch_doubt(LINE) > 1e-3
+
+
+def test_what_is_learnt_in_air_leaves_nothing_to_correct() -> None:
+    frames = clip(lambda k: StillBody(80.2, 50.0 + 6 * k, RADIUS, misfit=(0.003, 0.004)), 16)
+    ground = ground_of(frames)
+    dry = air(frames, ground)
+    departure = learn_departure(frames, ground, dry)
+    assert departure[:4] == pytest.approx((0.003, 0.0, 0.004, 0.0), abs=3e-4)
+    wet = [Sighting(item.frame, "ok", item.fit, free_fit=item.fit, wet=True, line=LINE) for item in dry]
+    plain = check_shape(frames, ground, dry, wet, "accurate")
+    known = check_shape(frames, ground, dry, wet, "accurate", departure=departure)
+    assert abs(known.radius_ratio - 1.0) < 0.2 * abs(plain.radius_ratio - 1.0)
+    assert 0.0 < known.bottom_offset_px <= abs(plain.bottom_offset_px)
+    assert known.stretch_offset > 0.003  # half-width or ellipse: .004 apart
 
 
 def test_the_correction_divides_by_what_air_says_and_adds_its_doubt() -> None:

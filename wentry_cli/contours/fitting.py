@@ -27,6 +27,9 @@ MOST_CLIPPED = 0.95
 # With half of the outline hidden, the rest must agree with itself to this: else nobody knows which half is right.
 HALF_GATED = 0.5
 MOST_RESIDUAL_GATED_PX = 0.12
+# Less than a quarter of it is enough where that quarter agrees as only the sphere does.
+FEW_KEPT = 0.85
+MOST_RESIDUAL_FEW_PX = 0.05
 
 
 @dataclass(frozen=True)
@@ -135,6 +138,7 @@ def fit_status(covariance: NDArray[np.float64], quality: dict[str, float], reque
         return "poor_fit"
     if quality["gated"] > HALF_GATED and quality["residual"] > MOST_RESIDUAL_GATED_PX:
         return "occluded"
-    if quality["gated"] > (MOST_GATED_ONE_SIDED if request.one_sided else MOST_GATED):
-        return "occluded"
-    return "ok"
+    if quality["gated"] <= (MOST_GATED_ONE_SIDED if request.one_sided else MOST_GATED):
+        return "ok"
+    agrees = not request.one_sided and quality["residual"] < MOST_RESIDUAL_FEW_PX and quality["gated"] < FEW_KEPT
+    return "ok" if agrees else "occluded"

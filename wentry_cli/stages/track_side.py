@@ -22,8 +22,9 @@ from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius, pixel_to_metre
 from wentry_cli.tracking.seed import find_seed
 from wentry_cli.tracking.shape_check import NO_CHECK, ShapeCheck
-from wentry_cli.tracking.side import SideScene, track_side
+from wentry_cli.tracking.side import track_side
 from wentry_cli.tracking.sighting import Sighting
+from wentry_cli.tracking.wet_plan import SideScene
 from wentry_cli.tracking.wet_radius import pool_sightings
 
 if TYPE_CHECKING:

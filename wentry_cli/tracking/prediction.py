@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -45,7 +45,12 @@ class Path:
         return (new.x - old.x) / step, (new.y - old.y) / step
 
     def predict(self, frame: int) -> EllipseShape:
-        """The shape expected in ``frame``: parabolas through the last three, lines over longer gaps."""
+        """The shape expected in ``frame``: parabolas through the last three, lines over longer gaps.
+
+        What is continued is what is seen: the axis, the lowest row and the half-width. Shapes that were fitted with
+        different radii agree in them, but not in centre and stretch. Over longer gaps the bottom would oscillate with
+        the stretch, and the centre goes on.
+        """
         last = self.shapes[-1]
         if len(self.frames) < 2:
             return EllipseShape(last.x, last.y, self.radius, 1.0 if self.stiff else last.stretch, last.tilt_deg)
@@ -55,14 +60,17 @@ class Path:
             use = 2
         at = np.array(self.frames[-use:], dtype=np.float64)
         weights = lagrange_weights(at, float(frame))
-        values = np.array([[item.x, item.y, item.stretch] for item in self.shapes[-use:]])
-        x, y, stretch = (float(value) for value in weights @ values)
-        if span > LONGEST_CURVED_STEP:
-            stretch = last.stretch
+        values = np.array([[item.x, item.bottom_y, item.semi_across] for item in self.shapes[-use:]])
+        x, bottom, across = (float(value) for value in weights @ values)
+        stretch = last.stretch if span > LONGEST_CURVED_STEP else across / self.radius
         if self.stiff:
             stretch = 1.0
         stretch = min(max(stretch, STRETCH_LIMITS[0]), STRETCH_LIMITS[1])
-        return EllipseShape(x, y, self.radius, stretch, last.tilt_deg)
+        if span > LONGEST_CURVED_STEP:
+            centre = float(weights @ np.array([item.y for item in self.shapes[-use:]]))
+            return EllipseShape(x, centre, self.radius, stretch, last.tilt_deg)
+        shape = EllipseShape(x, 0.0, self.radius, stretch, last.tilt_deg)
+        return replace(shape, y=bottom - shape.bottom_y)
 
 
 def lagrange_weights(at: np.ndarray, frame: float) -> np.ndarray:  # type: ignore[type-arg]

@@ -30,8 +30,9 @@ SIGNIFICANT = 4.0
 LEFT_OVER = 0.35
 SHORT_LINE = 0.6
 MOST_LEARNT = 24
-# What the stretch of an outline that is no ellipse means, its half-width or the ellipse's: a share of the difference.
-MEANING = 0.5
+# What the stretch of an outline that is no ellipse means, its half-width or that of the ellipse: doubted by this share
+# of their difference.
+MEANING = 1.0
 # How well what was learnt in air holds below the surface is told by the residuals, but never known better than this.
 LEAST_DOUBT = 0.05
 

@@ -15,6 +15,8 @@ from wentry_cli.tracking.sighting import Sighting, radius_slope, with_radius
 SMALLEST_ARC = 0.30
 LARGEST_GATE = 0.35
 ONE_VALUE_PER = 8
+# Relative change of the stretch of half an outline with the radius that is held.
+STRETCH_PER_RADIUS = -0.46
 
 
 def tells_radius(fit: SilhouetteFit) -> bool:
@@ -73,5 +75,5 @@ def _constrained(item: Sighting, radius: PooledRadius, known: tuple[np.ndarray, 
     elif known[0].size:
         slope = np.array([np.interp(item.frame, known[0], column) for column in known[1].T])
     else:
-        slope = np.zeros(5)
+        slope = np.array([0.0, 0.0, 1.0, STRETCH_PER_RADIUS * item.fit.stretch / item.fit.radius_px, 0.0])
     return replace(item, fit=with_radius(item.fit, radius.value, slope, radius_unc=radius.unc))

@@ -1,0 +1,144 @@
+"""How to look at a sphere below the surface: which part of its outline, which parameters, which tilt."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from wentry_cli.contours.departure import NONE, Departure
+from wentry_cli.contours.ellipse import EllipseShape, SilhouetteFit
+from wentry_cli.tracking.flight import leaves_frame, margin_of
+from wentry_cli.tracking.prediction import box_around
+from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius
+from wentry_cli.tracking.sighting import Look, Sighting
+from wentry_cli.tracking.wet_radius import tells_radius
+
+SHALLOWEST = 0.10
+FREE_EVERY = 6
+UNKNOWN_SEPARATION = 0.3
+LEAST_OBLATE = 0.05
+WORST_TILT = 2.0
+SMALLEST_TILT = 0.3
+HIGHEST_SEPARATION = -0.5
+DEEPEST_SEPARATION = 0.6
+
+
+@dataclass(frozen=True)
+class SideScene:
+    """What is known of the scene before it is tracked.
+
+    ``surface_px`` is the row of the free surface and ``band_px`` half the thickness of its dark band;
+    ``exposure_frames`` the exposure over the time between frames; a radius that the user gave is not fitted.
+    """
+
+    surface_px: float
+    band_px: float = 2.0
+    deformable: bool = True
+    level: str = "accurate"
+    exposure_frames: float = 0.0
+    radius_air: PooledRadius = NO_RADIUS
+    radius_water: PooledRadius = NO_RADIUS
+
+    @property
+    def ceiling_px(self) -> float:
+        """The first row below the surface band."""
+        return self.surface_px + self.band_px + 1.0
+
+    @property
+    def floor_px(self) -> float:
+        """The last row above the surface band."""
+        return self.surface_px - self.band_px - 1.0
+
+
+class Tilt:
+    """The tilt of the ellipse in degrees, pooled over the fits that left it free; 0 until it is significant."""
+
+    def __init__(self) -> None:
+        """Start upright."""
+        self.weight = self.total = 0.0
+
+    def add(self, fit: SilhouetteFit | None) -> None:
+        """Take another fit into account, if it tells a tilt."""
+        if fit is not None and math.isfinite(fit.tilt_unc_deg) and fit.tilt_unc_deg < WORST_TILT:
+            weight = 1.0 / math.hypot(fit.tilt_unc_deg, 0.1) ** 2
+            self.weight += weight
+            self.total += weight * fit.tilt_deg
+
+    @property
+    def value(self) -> float:
+        """The tilt to hold."""
+        if self.weight == 0.0:
+            return 0.0
+        tilt = self.total / self.weight
+        return tilt if abs(tilt) > max(SMALLEST_TILT, 4.0 / math.sqrt(self.weight)) else 0.0
+
+
+class WetPlan:
+    """How to look at the sphere below the surface.
+
+    Remembers the separation line, and leaves the radius free as long as it is unknown: ``pilot`` sightings are
+    collected until there are enough of them.
+    """
+
+    def __init__(
+        self, scene: SideScene, frame_shape: tuple[int, int], *, known: bool, departure: Departure = NONE
+    ) -> None:
+        """Start below the surface; ``known`` tells that the radius of the path is right."""
+        self.departure = departure
+        self.scene = scene
+        self.frame_shape = frame_shape
+        self.known = known
+        self.again = not scene.radius_water.known
+        self.pilot: list[Sighting] = []
+        self.sees_enough = False
+        self.separation = math.nan
+        self.tilt = Tilt()
+
+    def restarted(self) -> WetPlan:
+        """A plan for another pass over the same frames, now that the radius is known."""
+        plan = WetPlan(self.scene, self.frame_shape, known=True, departure=self.departure)
+        plan.tilt = self.tilt
+        return plan
+
+    def learn(self, sighting: Sighting) -> None:
+        """Take what the next frame's look depends on from a measured frame."""
+        fit = sighting.fit
+        if fit is None or not sighting.ok:
+            return
+        self.sees_enough = tells_radius(fit)
+        self.tilt.add(sighting.free_fit)
+        if not self.known and sighting.free_fit is not None:
+            self.pilot.append(replace(sighting, wet=True))
+        line = sighting.separation
+        if line is not None and line.status == "ok":
+            self.separation = (line.y_px - fit.center_y_px) / (fit.radius_px / fit.stretch**2)
+
+    def top_row(self, guess: EllipseShape) -> float:
+        """The row above which the outline may be cavity, splash or surface."""
+        line = self.separation + 0.06 if math.isfinite(self.separation) else UNKNOWN_SEPARATION
+        line = min(max(line, HIGHEST_SEPARATION), DEEPEST_SEPARATION)
+        return max(guess.y + line * guess.semi_along, self.scene.ceiling_px)
+
+    def __call__(self, index: int, guess: EllipseShape, velocity: tuple[float, float]) -> Look | str:
+        """Decide on one frame."""
+        if guess.bottom_y < self.scene.ceiling_px + SHALLOWEST * guess.radius:
+            return "short_arc"
+        if guess.bottom_y > self.frame_shape[0] - 2 or leaves_frame(guess, self.frame_shape):
+            return "out_of_frame"
+        piloting = self.sees_enough and not self.known
+        free = "x y" + (" R" if piloting else "") + (" stretch" if self.scene.deformable else "")
+        if piloting and self.scene.deformable and abs(guess.stretch - 1.0) > LEAST_OBLATE:
+            free += " tilt"
+        box = box_around(guess, margin_of(guess.radius))
+        exposure = self.scene.exposure_frames
+        return Look(
+            (box[0], max(box[1], self.scene.ceiling_px), box[2], box[3]),
+            free,
+            self.top_row(guess),
+            (velocity[0] * exposure, velocity[1] * exposure),
+            self.scene.level,
+            separation=True,
+            also_free=self.again and self.known and index % FREE_EVERY == 0,
+            tilt_deg=self.tilt.value,
+            departure=self.departure,
+        )
