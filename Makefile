@@ -19,6 +19,8 @@ $(STAMP): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
 	$(BIN)/python -m pip install --quiet --editable ".[dev]"
+	@echo "trying the installation on the sample drop; this compiles the numerics once"
+	$(BIN)/wentry run sample_frames -o build/sample -q
 	@$(PYTHON) -c "open('$(STAMP)', 'w').close()"
 
 all: demo ## environment, synthetic campaign, process, fit, report (at most 5 minutes)
@@ -49,6 +51,8 @@ accuracy: $(STAMP) ## slow accuracy sweeps, and docs/accuracy.md with them
 
 bench: $(STAMP) ## speed: frames per second, memory, start-up, beside decoding alone
 	$(BIN)/wentry bench --chapter throughput
+	$(BIN)/python benchmarks/start_up.py
+	$(BIN)/python benchmarks/memory.py 2000
 
 tables: $(STAMP) ## docs/tables.md from the schemas
 	$(BIN)/python docs/make_tables.py
