@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from wentry_cli.synthetic.outline import Shape, describe_shape
 from wentry_cli.synthetic.scene import Scene
-from wentry_cli.synthetic.stretch_dynamics import Oscillation, solve_oscillation
+from wentry_cli.synthetic.stretch_dynamics import Oscillation, solve_oscillation, tabulate_solution
 
 Floats = NDArray[np.float64]
 ELLIPSOID = Shape(1.0, None)
@@ -120,12 +120,14 @@ def solve_entry(scene: Scene, *, end_s: float) -> Motion:
     if not solution.success:
         raise RuntimeError(f"the entry could not be integrated: {solution.message}")
 
+    states = tabulate_solution(solution.t, solution.sol)
+
     def stretch_at(t: Floats) -> tuple[Floats, Floats]:
-        state = solution.sol(np.clip(t, 0.0, end_s).ravel()).reshape((3, *t.shape))
+        state = states(np.clip(t, 0.0, end_s).ravel()).reshape((3, *t.shape))
         stretch, rate = oscillation.at(np.where(t > 0.0, state[2], 0.0))
         return stretch, rate * _clock(scene, state[0])
 
     def acceleration(t: Floats) -> Floats:
-        return balance(solution.sol(t))
+        return np.asarray(balance(states(t)))
 
-    return Motion(radius, speed, physics.gravity_m_s2, solution.sol, acceleration, stretch_at, end_s, shape)
+    return Motion(radius, speed, physics.gravity_m_s2, states, acceleration, stretch_at, end_s, shape)
