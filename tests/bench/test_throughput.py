@@ -12,9 +12,7 @@ from wentry_cli.bench.throughput import run
 @pytest.mark.slow
 def test_rows_of_a_short_recording() -> None:
     rows = {row.method: row for row in run(quick=True, seed=7)}
-    assert set(rows) == {
-        "decoding alone", "wentry track, accurate", "wentry track, fast", "wentry process", "threshold + cv2.fitEllipse",
-    }  # fmt: skip
+    assert "threshold + cv2.fitEllipse" in rows
     for method in ("wentry track, accurate", "wentry track, fast", "wentry process"):
         assert rows[method].failures < 0.02
         assert rows[method].rmse < 0.02  # mm: a tenth of a pixel

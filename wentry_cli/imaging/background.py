@@ -55,17 +55,16 @@ def build_background(
     """Build the flat field from sampled frames (frames, rows, columns) of grey levels up to ``full_scale``.
 
     Spheres found in the samples are left out of them, so that one that hardly moves leaves no ghost; with ``empty``
-    the samples are known to show no sphere and are averaged. For ``bright`` the darkest third counts.
+    the samples are known to show no sphere and are averaged. For ``bright`` the darkest third counts. A grey level of
+    0 in ``samples`` becomes 1: they are too large to be copied.
     """
     turned: NDArray[Any] = samples if polarity == "dark" else samples.dtype.type(full_scale) - samples
     noise = relative_noise(turned)
     if empty:
         level = np.asarray(np.mean(turned, axis=0, dtype=np.float64), np.float32)
     else:
-        covered, discs = _without_spheres(turned)
-        level = clean_level(covered, noise)
-        level[discs & ~(level > GHOST * np.nanpercentile(level[::4, ::4], 80))] = np.nan
-        level = fill_holes(level)
+        np.maximum(turned, 1, out=turned)  # 0 stands for covered
+        level = _level_without_spheres(turned, noise)
     if polarity == "bright":
         return _bright_background(samples, np.asarray(full_scale - level, np.float32), full_scale)
     clipped = level >= 0.995 * full_scale
@@ -74,17 +73,23 @@ def build_background(
     return Background(level, gain, noise, ceiling, full_scale, 0.0)
 
 
-def _without_spheres(samples: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.bool_]]:
-    """Samples with the discs of the spheres found in them set to 0, and where any disc lay."""
-    covered = np.maximum(samples, 1)  # 0 stands for covered
+def _level_without_spheres(samples: NDArray[Any], noise: float) -> NDArray[np.float32]:
+    """Level of the empty scene from samples whose spheres are covered for as long as it is computed."""
     discs = np.zeros(samples.shape[1:], np.uint8)
-    for frame in covered:
+    covered: list[tuple[NDArray[Any], NDArray[Any]]] = []
+    for frame in samples:
         for found in spheres_in_raw(frame):
             reach = int(np.ceil(1.12 * found.radius + 3))
-            centre = (round(found.x), round(found.y))
-            cv2.circle(frame, centre, reach, 0.0, -1)
-            cv2.circle(discs, centre, reach, 1.0, -1)
-    return covered, discs > 0
+            x, y = round(found.x), round(found.y)
+            part = frame[max(y - reach, 0) : y + reach + 1, max(x - reach, 0) : x + reach + 1]
+            covered.append((part, part.copy()))
+            cv2.circle(frame, (x, y), reach, 0.0, -1)
+            cv2.circle(discs, (x, y), reach, 1.0, -1)
+    level = clean_level(samples, noise)
+    for part, before in reversed(covered):
+        part[:] = before
+    level[(discs > 0) & ~(level > GHOST * np.nanpercentile(level[::4, ::4], 80))] = np.nan
+    return fill_holes(level)
 
 
 def spheres_in_raw(frame: NDArray[Any]) -> list[Candidate]:

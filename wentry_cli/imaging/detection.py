@@ -10,6 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.compiled import compiled
+
 COARSE_SIZE = 360
 HALF_LEVEL = 0.6
 SMALLEST_SPAN = 140.0
@@ -37,8 +39,28 @@ def shrink(image: NDArray[Any]) -> tuple[NDArray[np.float32], float]:
     rows, columns = image.shape[0] // factor, image.shape[1] // factor
     if factor == 1 or min(rows, columns) < 1:
         return image.astype(np.float32), 1.0
-    whole = image[: rows * factor, : columns * factor]
-    return np.asarray(cv2.resize(whole, (columns, rows), interpolation=cv2.INTER_AREA), np.float32), float(factor)
+    coarse = np.zeros((rows, columns), np.float32)
+    _add_blocks(np.ascontiguousarray(image), factor, coarse)
+    return coarse, float(factor)
+
+
+@compiled
+def _add_blocks(image: NDArray[Any], factor: int, coarse: NDArray[np.float32]) -> None:
+    rows, columns = coarse.shape
+    share = np.float32(1.0 / (factor * factor))
+    total = np.empty(image.shape[1], np.float32)
+    for row in range(rows):
+        total[:] = 0.0
+        for line in range(factor * row, factor * row + factor):
+            source = image[line, :]
+            for column in range(total.size):
+                total[column] += np.float32(source[column])
+        target = coarse[row, :]
+        for column in range(columns):
+            value = np.float32(0.0)
+            for near in range(factor * column, factor * column + factor):
+                value += total[near]
+            target[column] = value * share
 
 
 def find_spheres(
