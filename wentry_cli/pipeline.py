@@ -19,7 +19,8 @@ Reason = str | None
 class Stage:
     """One stage of one drop.
 
-    ``reads`` and ``writes`` are table names; ``keys`` are the parts of the configuration that the result depends on;
+    ``reads`` and ``writes`` are table names; ``keys`` are the parts of the configuration that the result depends on
+    (dotted, ``material`` for the parameters of the material);
     ``frames`` tells whether the recording is read again; ``why_not`` gives the reason why a drop does not need it.
     """
 
@@ -67,6 +68,8 @@ def _needs_model(drop: Drop) -> Reason:
     return reason
 
 
+_SIZE = ("sphere.diameter_m", "sphere.diameter_m_unc", "sphere.material")
+
 STAGES: tuple[Stage, ...] = (
     Stage(
         "ingest", "process", "list the frames of each recording, their times and levels",
@@ -75,28 +78,28 @@ STAGES: tuple[Stage, ...] = (
     Stage(
         "track", "process", "fit circle and ellipse, bottom, separation line, scale, impact time",
         ("frames",), ("geometry", "top", "side"),
-        ("kind", "sphere", "gravity_m_s2", "views", "analysis", "drop"), True, _always,
+        ("kind", *_SIZE, "gravity_m_s2", "views", "drop", "analysis.tracking", "analysis.min_frames"), True, _always,
     ),
     Stage(
         "cavity", "process", "cavity profile, necks, pinch-off, dome-over",
         ("frames", "geometry", "top", "side"), ("cavity", "neck", "events"),
-        ("kind", "sphere", "gravity_m_s2", "views"), True, _needs_cavity,
+        ("kind", *_SIZE, "gravity_m_s2", "views"), True, _needs_cavity,
     ),
     Stage(
         "stretch", "process", "merge both views to λ(t), find its periods",
-        ("geometry", "top", "side", "events"), ("stretch", "periods"), ("kind", "sphere", "views"), False,
+        ("geometry", "top", "side", "events"), ("stretch", "periods"), ("kind", *_SIZE, "views"), False,
         _needs_stretch,
     ),
     Stage(
         "kinematics", "process", "position, velocity and acceleration with error bars",
         ("geometry", "top", "side", "events", "stretch", "periods"), ("kinematics",),
-        ("kind", "sphere", "gravity_m_s2", "views", "analysis"), False, _needs_kinematics,
+        ("kind", "sphere", "gravity_m_s2", "views", "analysis", "material"), False, _needs_kinematics,
     ),
     Stage(
         "model", "fit", "viscoelastic model from the first peak, scaled in time",
         ("geometry", "side", "stretch", "periods", "kinematics", "events"),
         ("model", "model_fit", "kinematics_model"),
-        ("kind", "sphere", "gravity_m_s2", "analysis"), False, _needs_model,
+        ("kind", "sphere", "gravity_m_s2", "analysis", "material"), False, _needs_model,
     ),
     Stage(
         "summary", "fit", "the numbers of the drop and its force coefficients",
@@ -105,8 +108,10 @@ STAGES: tuple[Stage, ...] = (
             "model_fit", "kinematics_model",
         ),
         ("forces", "summary"),
-        ("kind", "condition", "repeat", "sphere", "liquid", "gravity_m_s2", "drop", "views", "analysis"), False,
-        _always,
+        (
+            "kind", "condition", "repeat", "sphere", "liquid", "gravity_m_s2", "drop", "views", "analysis", "material",
+        ),
+        False, _always,
     ),
 )  # fmt: skip
 

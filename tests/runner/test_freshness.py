@@ -15,10 +15,13 @@ from wentry_cli.config.corrections import read_corrections
 from wentry_cli.errors import ConfigurationError, InputError, LockedError, TooFewMeasurementsError
 from wentry_cli.pipeline import STAGES, Stage
 from wentry_cli.runner import plan as plan_module
+from wentry_cli.runner.commands import processed
 from wentry_cli.runner.corrections import apply_corrections
 from wentry_cli.runner.drop import Event, run_drop
 from wentry_cli.runner.lock import locked
 from wentry_cli.runner.plan import Choice, plan
+from wentry_cli.runner.record import write_drop, write_run
+from wentry_cli.runner.status import drop_status
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 
 EXPERIMENT = """\
@@ -109,9 +112,54 @@ def test_only_its_own_part_of_the_configuration_counts(results: Path, drop: Drop
     changed = replace(drop, experiment=drop.experiment.model_copy(update={"analysis": analysis}))
     steps = plan(results, changed, TWO, Choice())
     assert [step.action for step in steps] == ["fresh", "run"]
-    assert steps[1].reason == "configuration analysis changed"
-    unrelated = replace(drop, experiment=drop.experiment.model_copy(update={"condition": "other"}))
-    assert {step.action for step in plan(results, unrelated, TWO, Choice())} == {"fresh"}
+    assert steps[1].reason == "configuration analysis.tracking changed"
+    smoother = drop.experiment.analysis.model_copy(update={"smoother": "gcv"})
+    for update in ({"condition": "other"}, {"analysis": smoother}):
+        unrelated = replace(drop, experiment=drop.experiment.model_copy(update=update))
+        assert {step.action for step in plan(results, unrelated, TWO, Choice())} == {"fresh"}
+
+
+def test_a_recording_that_vanished_fails_its_drop_only(
+    results: Path, drop: Drop, ran: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _run(results, drop)
+
+    def gone(path: Path, verify: bool = False) -> str:
+        raise InputError(f"{path}: no such file")
+
+    monkeypatch.setattr(sys.modules["wentry_cli.frames.identity"], "recording_identity", gone)
+    plan_module._identity.cache_clear()
+    failure = run_drop(results, drop, TWO, Choice(), lambda event: None)
+    assert failure is not None
+    assert (failure.exit_code, failure.stage) == (4, "ingest")
+
+
+def test_a_file_in_the_place_of_the_drops_folder(results: Path, drop: Drop, ran: list[str]) -> None:
+    results.mkdir()
+    (results / "video").touch()
+    failure = run_drop(results, drop, TWO, Choice(), lambda event: None)
+    assert failure is not None
+    assert "is a file" in failure.sentence
+
+
+def test_fit_refuses_what_was_not_measured(results: Path, drop: Drop, ran: list[str]) -> None:
+    write_drop(results, drop)
+    (failure,) = processed(results).failures
+    assert "has not run" in failure.sentence
+    write_run(results, "process", {"video": {"stage": "configuration", "exit_code": 3, "sentence": "wrong"}}, {"video"})
+    (failure,) = processed(results).failures
+    assert (failure.exit_code, failure.sentence) == (3, "wrong")
+    assert "video" in write_run(results, "fit", {}, set())["failures"], "a failure that was not tried again stays"
+    assert write_run(results, "process", {}, {"video"})["failures"] == {}
+
+
+def test_status_tells_what_the_plan_would_do(results: Path, drop: Drop, ran: list[str]) -> None:
+    _run(results, drop)
+    (results / "video" / "frames.csv").unlink()
+    states = drop_status(results)["video"]
+    assert states["ingest"] == ("stale", "frames.csv was changed or removed")
+    assert states["track"] == ("stale", "ingest runs before it")
+    assert states["stretch"][0] == "not needed"
 
 
 def test_force_and_until(results: Path, drop: Drop, ran: list[str]) -> None:

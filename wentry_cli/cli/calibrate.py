@@ -3,10 +3,26 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
 from wentry_cli.cli import options as opt
+
+
+class Diameter(click.FloatRange):
+    """A diameter in metres: above 0, at most 1; unlike the plain range it refuses NaN."""
+
+    def __init__(self) -> None:
+        """Set the bounds."""
+        super().__init__(min=0.0, max=1.0, min_open=True)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """The number, or a sentence that says what a diameter is."""
+        number = float(click.FLOAT.convert(value, param, ctx))
+        if not 0.0 < number <= 1.0:
+            self.fail(f"{value} is no diameter in metres: it must be positive, finite and at most 1.", param, ctx)
+        return number
 
 
 @click.group(name="calibrate", context_settings={"help_option_names": ["-h", "--help"]})
@@ -32,7 +48,7 @@ def impact(results: Path, only: tuple[str, ...], quiet: bool) -> None:
 
 @command.command(name="compression")
 @click.argument("csv", type=opt.FOLDER)
-@click.option("--diameter-m", type=float, required=True, help="Undeformed diameter of the sphere.")
+@click.option("--diameter-m", type=Diameter(), required=True, help="Undeformed diameter of the sphere in metres.")
 @click.option("--material", default="sphere", show_default=True, help="Key for the row in materials.csv.")
 @opt.options(opt.results_option, opt.quiet)
 def compression(csv: Path, diameter_m: float, material: str, results: Path, quiet: bool) -> None:
@@ -40,7 +56,10 @@ def compression(csv: Path, diameter_m: float, material: str, results: Path, quie
     from wentry_cli.runner import commands
     from wentry_cli.stages import calibrate
 
+    test = calibrate.read_compression(csv)  # before the lock, which makes the folder
+    if test.warning:
+        click.echo(f"warning: {test.warning}", err=True)
     with commands.locked(results):
-        calibrate.calibrate_compression(csv, diameter_m, results, material=material)
+        calibrate.calibrate_compression(test, diameter_m, results, material=material)
     if not quiet:
         click.echo(f"{results / 'materials.csv'}", err=True)

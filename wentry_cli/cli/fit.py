@@ -39,6 +39,7 @@ def command(
         return
     with commands.locked(results):
         with reporting(quiet=quiet, verbose=verbose) as report:
+            commands.tell_failures(campaign, report)
             commands.fit(campaign, results, choice, Hands(jobs, cluster), report)
         record = commands.finish(campaign, results, "fit")
     if as_json:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import signal
 import sys
 
 import click
@@ -26,6 +27,7 @@ COMMANDS = {
     "doctor": "versions, codecs, a second OpenCV",
 }
 INTERRUPTED = 130
+TERMINATED = 143
 
 
 class _Commands(click.Group):
@@ -84,7 +86,8 @@ def run(words: list[str] | None = None) -> int:
         click.echo("interrupted; run the same command again to go on where it stopped", err=True)
         return INTERRUPTED
     except WentryError as error:
-        click.echo(str(error), err=True)
+        if str(error):
+            click.echo(str(error), err=True)
         return error.exit_code
     except BrokenPipeError:
         sys.stderr.close()
@@ -93,7 +96,8 @@ def run(words: list[str] | None = None) -> int:
 
 
 def main() -> None:
-    """Run the command line and leave with its exit code."""
+    """Run the command line and leave with its exit code; a termination ends the drops in other processes too."""
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(TERMINATED))
     sys.exit(run())
 
 

@@ -65,3 +65,8 @@ def options(*decorators: Callable[[F], F]) -> Callable[[F], F]:
         return function
 
     return apply
+
+
+def counted(number: int, noun: str) -> str:
+    """``1 drop``, ``2 drops``."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"

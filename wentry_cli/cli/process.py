@@ -43,14 +43,17 @@ def command(
     choice = Choice(force, until, verify)
     if dry_run:
         show_plan(commands.plans(campaign, results, ("process",), choice), as_json=as_json)
+        for failure in campaign.failures:
+            click.echo(failure.sentence, err=True)
         commands.raise_failures(campaign)
         return
     with commands.locked(results):
         with reporting(quiet=quiet, verbose=verbose) as report:
+            commands.tell_failures(campaign, report)
             commands.process(campaign, results, choice, Hands(jobs, cluster), report)
         record = commands.finish(campaign, results, "process")
     if as_json:
         show_json(record)
     commands.raise_failures(campaign)
     if not quiet and not as_json:
-        click.echo(f"{len(campaign.drops)} drops measured; next: wentry fit {results}", err=True)
+        click.echo(f"{opt.counted(len(campaign.drops), 'drop')} measured; next: wentry fit {results}", err=True)

@@ -19,4 +19,4 @@ def command(scenes: Path, output: Path, jobs: int, only: tuple[str, ...], quiet:
 
     names = render_campaign(scenes, output, jobs=jobs, only=only)
     if not quiet:
-        click.echo(f"{len(names)} drops in {output}; next: wentry run {output}", err=True)
+        click.echo(f"{opt.counted(len(names), 'drop')} in {output}; next: wentry run {output}", err=True)

@@ -37,10 +37,13 @@ def command(
     choice = Choice(force)
     if dry_run:
         show_plan(commands.plans(campaign, results, ("process", "fit"), choice), as_json=False)
+        for failure in campaign.failures:
+            click.echo(failure.sentence, err=True)
         commands.raise_failures(campaign)
         return
     with commands.locked(results):
         with reporting(quiet=quiet, verbose=verbose) as report:
+            commands.tell_failures(campaign, report)
             commands.process(campaign, results, choice, Hands(jobs, cluster), report)
             campaign.drops = [drop.with_calibration(results) for drop in campaign.drops]
             commands.fit(campaign, results, choice, Hands(jobs, cluster), report)
@@ -48,4 +51,4 @@ def command(
         report_stage.run(results, commands.processed(results).drops)
     commands.raise_failures(campaign)
     if not quiet:
-        click.echo(f"{len(campaign.drops)} drops done; open {results / 'report.html'}", err=True)
+        click.echo(f"{opt.counted(len(campaign.drops), 'drop')} done; open {results / 'report.html'}", err=True)

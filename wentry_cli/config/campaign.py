@@ -76,14 +76,19 @@ def find_drops(video_dir: Path) -> dict[str, Path]:
     Raises ``InputError`` where the folder is missing or holds no ``experiment.yaml``, or where two drops would have one
     name.
     """
+    if video_dir.is_file():
+        raise InputError(f"{video_dir}: is a file; give the folder that holds {EXPERIMENT}, which names the recording")
     if not video_dir.is_dir():
         raise InputError(f"{video_dir}: no such folder; give the folder of a drop or of a campaign")
     root = video_dir.resolve()
     if (root / EXPERIMENT).is_file():
         return {root.name: video_dir}
     drops: dict[str, Path] = {}
-    for folder, below, files in os.walk(video_dir):
-        below[:] = sorted(name for name in below if not name.startswith("."))
+    seen: set[str] = set()
+    for folder, below, files in os.walk(video_dir, followlinks=True):
+        seen.add(os.path.realpath(folder))
+        paths = {name: os.path.realpath(os.path.join(folder, name)) for name in below}
+        below[:] = sorted(name for name in below if not name.startswith(".") and paths[name] not in seen)
         if EXPERIMENT not in files:
             continue
         below.clear()

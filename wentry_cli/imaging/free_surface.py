@@ -28,6 +28,7 @@ class SurfaceRow:
     status: str
 
 
+LEAST_ROWS = 12
 NO_SURFACE = SurfaceRow(math.nan, math.nan, math.nan, math.nan, "no_edge")
 
 
@@ -42,8 +43,10 @@ def find_free_surface(
     gravity of its dip; a line through them without outliers gives the row, their scatter the uncertainty, and never
     less than a twelfth of the thickness, since the band of a real surface is uneven.
     """
-    dip = _dip(level)
     top, bottom = _limits(rows, level.shape[0])
+    if bottom - top < LEAST_ROWS or level.shape[1] < BLOCKS:
+        return NO_SURFACE
+    dip = _dip(level)
     strips = np.array_split(np.arange(level.shape[1]), BLOCKS)
     profiles = np.array([np.mean(dip[:, strip], axis=1) for strip in strips])
     common = np.median(profiles, axis=0)
@@ -90,7 +93,11 @@ def _centre(profile: NDArray[np.float32], first: int, last: int) -> float:
     """Centre of gravity of a dip, over a window placed symmetrically about it; base line through the rows beside."""
     centre, half = 0.5 * (first + last), 0.5 * (last - first) + 3.0
     for _ in range(3):
+        if not 0.0 <= centre < profile.size:
+            return math.nan
         rows = np.arange(max(0, math.ceil(centre - half)), min(profile.size, math.floor(centre + half) + 1))
+        if rows[0] < 1 or rows[-1] > profile.size - 2:
+            return math.nan
         low, high = max(0, rows[0] - 4), min(profile.size, rows[-1] + 5)
         above, below = float(np.mean(profile[low : rows[0]])), float(np.mean(profile[rows[-1] + 1 : high]))
         base = np.linspace(above, below, rows.size)

@@ -26,12 +26,12 @@ def run_on_cluster(address: str, work: Work, drops: list[Drop], report: Report) 
         raise InputError('--cluster needs Dask: pip install "wentry[cluster]"') from error
     try:
         known = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
-        client = Client(**known, timeout="10s")
+        client = Client(**known, timeout="10s")  # type: ignore[no-untyped-call]
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(f"{address}: no Dask scheduler answers there; start one with `dask scheduler`") from error
     with client:
         futures = {client.submit(run_remotely, work, drop.record(), pure=False): drop.name for drop in drops}
-        for future in as_completed(futures):
+        for future in as_completed(futures):  # type: ignore[no-untyped-call]
             name = futures[future]
             lost = future.exception()
             if lost is not None:

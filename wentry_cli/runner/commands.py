@@ -12,11 +12,14 @@ from wentry_cli.config.campaign import Drop, find_drops, read_drop
 from wentry_cli.config.places import Document, Place, read_value
 from wentry_cli.errors import CampaignError, ConfigurationError, InputError, WentryError
 from wentry_cli.pipeline import stages_of
-from wentry_cli.runner.campaign import Hands, Work, run_campaign, single_threaded
+from wentry_cli.runner.campaign import Hands, Work, run_campaign
 from wentry_cli.runner.drop import Event, Failure, Report
 from wentry_cli.runner.lock import locked
 from wentry_cli.runner.plan import Choice, Step, plan
-from wentry_cli.runner.record import STAGES, read_drops, read_json, write_run
+from wentry_cli.runner.record import RUN, STAGES, read_drops, read_json, write_run
+from wentry_cli.tables import has_table
+
+CONFIGURATION = "configuration"
 
 
 @dataclass
@@ -64,7 +67,7 @@ def read_campaign(video_dir: Path, settings: tuple[str, ...] = (), only: tuple[s
         try:
             campaign.drops.append(read_drop(name, found[name], overrides))
         except WentryError as error:
-            campaign.failures.append(Failure(name, "configuration", error.exit_code, str(error)))
+            campaign.failures.append(Failure(name, CONFIGURATION, error.exit_code, str(error)))
     if not campaign.drops:
         lines = dict.fromkeys(line for failure in campaign.failures for line in failure.sentence.splitlines())
         raise ConfigurationError("\n".join(lines))
@@ -80,8 +83,6 @@ def _selected(names: list[str], only: tuple[str, ...], where: Path) -> list[str]
 
 def process(campaign: Campaign, results: Path, choice: Choice, hands: Hands, report: Report) -> None:
     """Run the measuring stages; failures are added to ``campaign``."""
-    for failure in campaign.failures:
-        report(Event(failure.drop, failure.stage, "failed", failure.sentence))
     _run(campaign, results, "process", choice, hands, report)
 
 
@@ -117,14 +118,23 @@ def processed(results: Path, only: tuple[str, ...] = ()) -> Campaign:
 
 
 def _failed_before(results: Path, drop: Drop) -> list[Failure]:
+    told = read_json(results / RUN).get("failures", {}).get(drop.name, {})
+    if told.get("stage") == CONFIGURATION:
+        return [Failure(drop.name, CONFIGURATION, int(told["exit_code"]), str(told["sentence"]))]
     record = read_json(results / drop.name / STAGES)
     for stage in stages_of("process"):
         known = record.get(stage.name)
-        if known is None and stage.why_not(drop) is None:
+        if stage.why_not(drop) is not None:
+            continue
+        if not isinstance(known, dict):
             sentence = f"{drop.name}: stage {stage.name} has not run; run `wentry process` first"
             return [Failure(drop.name, stage.name, InputError.exit_code, sentence)]
-        if known is not None and known.get("error"):
+        if known.get("error"):
             return [Failure(drop.name, stage.name, int(known.get("exit_code", 1)), str(known["error"]))]
+        missing = [name for name in known.get("outputs", {}) if not has_table(results / drop.name, name)]
+        if missing:
+            sentence = f"{results / drop.name / missing[0]}.csv: missing; run `wentry process` again"
+            return [Failure(drop.name, stage.name, InputError.exit_code, sentence)]
     return []
 
 
@@ -134,15 +144,24 @@ def finish(campaign: Campaign, results: Path, command: str) -> dict[str, Any]:
         failure.drop: {"stage": failure.stage, "exit_code": failure.exit_code, "sentence": failure.sentence}
         for failure in campaign.failures
     }
-    return write_run(results, command, failures)
+    return write_run(results, command, failures, {drop.name for drop in campaign.drops})
+
+
+def tell_failures(campaign: Campaign, report: Report) -> None:
+    """Report the failures that are known before anything runs."""
+    for failure in campaign.failures:
+        report(Event(failure.drop, failure.stage, "failed", failure.sentence))
 
 
 def raise_failures(campaign: Campaign) -> None:
-    """End with the exit code of the contract: a single drop's own, ``CampaignError`` (6) for a campaign."""
+    """End with the exit code of the contract: a single drop's own, ``CampaignError`` (6) for a campaign.
+
+    Each failure has been told when it happened; a single drop's error has no words left.
+    """
     if not campaign.failures:
         return
     if campaign.size == 1:
-        error = WentryError(campaign.failures[0].sentence)
+        error = WentryError()
         error.exit_code = campaign.failures[0].exit_code
         raise error
     names = ", ".join(failure.drop for failure in campaign.failures)
@@ -152,8 +171,24 @@ def raise_failures(campaign: Campaign) -> None:
 
 def plans(campaign: Campaign, results: Path, commands: tuple[str, ...], choice: Choice) -> dict[str, list[Step]]:
     """What would run for each drop, and why; nothing is done."""
-    single_threaded()
-    return {drop.name: plan(results, drop, stages_of(*commands), choice) for drop in campaign.drops}
+    found: dict[str, list[Step]] = {}
+    for drop in campaign.drops:
+        try:
+            found[drop.name] = plan(results, drop, stages_of(*commands), choice)
+        except WentryError as error:
+            campaign.failures.append(Failure(drop.name, "ingest", error.exit_code, str(error)))
+    return found
 
 
-__all__ = ["Campaign", "finish", "fit", "locked", "plans", "process", "processed", "raise_failures", "read_campaign"]
+__all__ = [
+    "Campaign",
+    "finish",
+    "fit",
+    "locked",
+    "plans",
+    "process",
+    "processed",
+    "raise_failures",
+    "read_campaign",
+    "tell_failures",
+]

@@ -12,7 +12,7 @@ from typing import Any
 
 from wentry_cli import progress
 from wentry_cli.config.campaign import Drop
-from wentry_cli.errors import TooFewMeasurementsError, WentryError
+from wentry_cli.errors import InputError, TooFewMeasurementsError, WentryError
 from wentry_cli.pipeline import STAGES as ALL_STAGES
 from wentry_cli.pipeline import Stage
 from wentry_cli.provenance import digest_of_file, peak_memory_mb
@@ -22,6 +22,7 @@ from wentry_cli.runner.record import STAGES, read_json, write_drop, write_json
 from wentry_cli.tables import table_path, write_text
 
 ERROR_LOG = "error.log"
+INTERRUPTED = "interrupted"
 
 
 @dataclass(frozen=True)
@@ -55,45 +56,53 @@ def run_drop(results: Path, drop: Drop, stages: list[Stage], choice: Choice, rep
     A stage is recorded as running before it starts, so that an interrupted run is seen as such. A programmer's mistake
     ends the drop too; its traceback is kept in ``error.log`` beside the tables, and the other drops go on.
     """
+    running = [stages[0].name if stages else ""]
+    try:
+        _run_steps(results, drop, stages, choice, report, running)
+    except WentryError as error:
+        failure = Failure(drop.name, running[0], error.exit_code, str(error))
+    except Exception as bug:
+        failure = Failure(drop.name, running[0], 1, _keep_traceback(results / drop.name, running[0], bug))
+    else:
+        return None
+    report(Event(drop.name, failure.stage, "failed", failure.sentence))
+    return failure
+
+
+def _run_steps(
+    results: Path, drop: Drop, stages: list[Stage], choice: Choice, report: Report, running: list[str]
+) -> None:
     folder = results / drop.name
     sweep(folder)
     if any(stage.command == "process" for stage in stages):
         write_drop(results, drop)
     for step in plan(results, drop, stages, choice):
         stage = step.stage
-        if step.action != "run":
-            if step.action == "not_needed":
-                _forget(folder, stage)
-            report(Event(drop.name, stage.name, step.action, step.reason))
-            continue
-        report(Event(drop.name, stage.name, "start", step.reason))
-        try:
+        running[0] = stage.name
+        if step.action == "run":
+            report(Event(drop.name, stage.name, "start", step.reason))
             seconds = _run_stage(folder, drop, stage, report)
-        except WentryError as error:
-            _forget_later(folder, stage)
-            sentence = str(error)
-            report(Event(drop.name, stage.name, "failed", sentence))
-            return Failure(drop.name, stage.name, error.exit_code, sentence)
-        except Exception as bug:
-            sentence = _keep_traceback(folder, stage, bug)
-            report(Event(drop.name, stage.name, "failed", sentence))
-            return Failure(drop.name, stage.name, 1, sentence)
-        report(Event(drop.name, stage.name, "done", f"{seconds:.1f} s"))
-    return None
+            report(Event(drop.name, stage.name, "done", f"{seconds:.1f} s"))
+            continue
+        if step.action == "not_needed":
+            _forget(folder, stage)
+        report(Event(drop.name, stage.name, step.action, step.reason))
 
 
-def _keep_traceback(folder: Path, stage: Stage, bug: Exception) -> str:
-    _remove_tables(folder, stage)
-    _forget_later(folder, stage)
+def _keep_traceback(folder: Path, stage: str, bug: Exception) -> str:
+    sentence = f"{type(bug).__name__} in stage {stage}: a mistake in wentry; please report it"
     log = folder / ERROR_LOG
-    write_text(log, "".join(traceback.format_exception(bug)))
-    sentence = f"{type(bug).__name__} in stage {stage.name}: a mistake in wentry; please report it with {log}"
-    _record(folder, stage, {"error": sentence, "exit_code": 1})
-    return sentence
+    try:
+        write_text(log, "".join(traceback.format_exception(bug)))
+    except WentryError as full:
+        return f"{sentence} ({full})"
+    return f"{sentence} with {log}"
 
 
 def sweep(folder: Path) -> None:
-    """Remove what a killed or broken run left behind."""
+    """Remove what a killed or broken run left behind; raises ``InputError`` where the folder cannot be one."""
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder}: is a file, but the drop's tables belong into a folder of that name; move it away")
     (folder / ERROR_LOG).unlink(missing_ok=True)
     for leftover in folder.glob(".*.part"):
         leftover.unlink(missing_ok=True)
@@ -103,28 +112,27 @@ def _run_stage(folder: Path, drop: Drop, stage: Stage, report: Report) -> float:
     run = importlib.import_module(f"wentry_cli.stages.{stage.name}").run
     _forget(folder, stage)
     marks = fingerprint(folder, drop, stage)
-    _record(folder, stage, {"error": "interrupted"})
+    _record(folder, stage, {"error": INTERRUPTED})
     progress.listen(lambda done, total: report(Event(drop.name, stage.name, "tick", "", done, total)))
     started = time.perf_counter()
-    error = _attempt(run, folder, drop)
-    if error is None:
-        apply_corrections(folder, stage, drop.corrections)
-    seconds = time.perf_counter() - started
-    progress.listen(None)
-    if error is not None and not isinstance(error, TooFewMeasurementsError):
-        _remove_tables(folder, stage)
-    _record(folder, stage, _entry(folder, stage, marks, seconds, error))
-    if error is not None:
-        raise error
-    return seconds
-
-
-def _attempt(run: Callable[[Path, Drop], object], folder: Path, drop: Drop) -> WentryError | None:
     try:
         run(folder, drop)
-    except WentryError as error:
-        return error
-    return None
+        apply_corrections(folder, stage, drop.corrections)
+    except TooFewMeasurementsError as few:
+        _record(folder, stage, _entry(folder, stage, marks, time.perf_counter() - started, few))
+        _forget_later(folder, stage)
+        raise
+    except Exception as failed:
+        _remove_tables(folder, stage)
+        error = failed if isinstance(failed, WentryError) else WentryError(f"{type(failed).__name__}, see {ERROR_LOG}")
+        _record(folder, stage, _entry(folder, stage, marks, time.perf_counter() - started, error))
+        _forget_later(folder, stage)
+        raise
+    finally:
+        progress.listen(None)
+    seconds = time.perf_counter() - started
+    _record(folder, stage, _entry(folder, stage, marks, seconds, None))
+    return seconds
 
 
 def _entry(

@@ -88,17 +88,33 @@ def fingerprint(folder: Path, drop: Drop, stage: Stage, *, verify: bool = False)
     experiment = drop.experiment.model_dump(mode="json")
     marks: dict[str, Any] = {"version": __version__}
     for key in stage.keys:
-        marks[f"configuration {key}"] = digest_of(experiment[key])
-    if "sphere" in stage.keys:
-        marks["material"] = digest_of(None if drop.material is None else drop.material.model_dump(mode="json"))
+        if key == "material":
+            marks[key] = digest_of(None if drop.material is None else drop.material.model_dump(mode="json"))
+        else:
+            marks[f"configuration {key}"] = digest_of(_part(experiment, key))
     if stage.name in CORRECTED:
-        marks["corrections"] = digest_of(drop.corrections.model_dump(mode="json"))
+        marks["corrections"] = digest_of(_corrections(drop, stage))
     for name in stage.reads:
         marks[f"{name}.csv"] = digest_of_file(table_path(folder, name))
     if stage.frames:
         for view in drop.experiment.sides:
             marks[f"recording {view}"] = _identity(drop.source_path(view), verify)
     return marks
+
+
+def _part(experiment: dict[str, Any], key: str) -> Any:
+    part: Any = experiment
+    for name in key.split("."):
+        part = part[name]
+    return part
+
+
+def _corrections(drop: Drop, stage: Stage) -> Any:
+    """What of the corrections the stage's tables hold: frames and impact, or the events."""
+    given = drop.corrections.model_dump(mode="json")
+    if stage.name == "cavity":
+        return given["events"]
+    return [given["frames"], [event for event in given["events"] if event["event"] == "impact"]]
 
 
 @cache

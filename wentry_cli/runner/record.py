@@ -53,12 +53,14 @@ def read_drops(results: Path) -> list[Drop]:
     return drops
 
 
-def write_run(results: Path, command: str, failures: dict[str, dict[str, Any]]) -> dict[str, Any]:
+def write_run(results: Path, command: str, failures: dict[str, dict[str, Any]], tried: set[str]) -> dict[str, Any]:
     """Gather what was done in ``results`` into ``run.json`` and return it.
 
-    ``failures`` maps a drop to stage, exit code and sentence of this run; failures of earlier runs that were not tried
-    again stay.
+    ``failures`` maps a drop to stage, exit code and sentence of this run; failures of earlier runs stay for drops that
+    were not ``tried`` again.
     """
+    before = read_json(results / RUN).get("failures", {})
+    failures = {name: told for name, told in before.items() if name not in tried} | failures
     drops: dict[str, Any] = {}
     for path in sorted(results.glob(f"*/{DROP}")):
         name = path.parent.name

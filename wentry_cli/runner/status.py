@@ -8,9 +8,9 @@ from typing import Any
 from wentry_cli.config.campaign import Drop, read_drop
 from wentry_cli.errors import LockedError, WentryError
 from wentry_cli.pipeline import STAGES as ALL_STAGES
-from wentry_cli.pipeline import Stage
+from wentry_cli.runner.drop import INTERRUPTED
 from wentry_cli.runner.lock import locked
-from wentry_cli.runner.plan import why_stale
+from wentry_cli.runner.plan import Choice, Step, plan
 from wentry_cli.runner.record import STAGES, read_drops, read_json
 
 
@@ -38,22 +38,20 @@ def _as_configured_today(drop: Drop) -> Drop:
 
 
 def _states(results: Path, drop: Drop, busy: bool) -> dict[str, tuple[str, str]]:
-    folder = results / drop.name
-    record = read_json(folder / STAGES)
-    return {stage.name: _state(folder, drop.with_calibration(results), stage, record, busy) for stage in ALL_STAGES}
+    record = read_json(results / drop.name / STAGES)
+    try:
+        steps = plan(results, drop.with_calibration(results), list(ALL_STAGES), Choice())
+    except WentryError as gone:
+        return {stage.name: ("stale", str(gone)) for stage in ALL_STAGES}
+    return {step.stage.name: _state(step, record.get(step.stage.name), busy) for step in steps}
 
 
-def _state(folder: Path, drop: Drop, stage: Stage, record: dict[str, Any], busy: bool) -> tuple[str, str]:
-    why_not = stage.why_not(drop)
-    if why_not is not None:
-        return "not needed", why_not
-    error = record.get(stage.name, {}).get("error")
-    if error == "interrupted":
-        return ("running", "") if busy else ("stale", "interrupted")
+def _state(step: Step, known: Any, busy: bool) -> tuple[str, str]:
+    if step.action == "not_needed":
+        return "not needed", step.reason
+    error = known.get("error") if isinstance(known, dict) else None
+    if error == INTERRUPTED:
+        return ("running", "") if busy else ("stale", INTERRUPTED)
     if error:
         return "failed", str(error)
-    try:
-        reason = why_stale(folder, drop, stage, record)
-    except WentryError as gone:
-        return "stale", str(gone)
-    return ("stale", reason) if reason else ("fresh", "")
+    return ("fresh", "") if step.action == "fresh" else ("stale", step.reason)
