@@ -10,6 +10,7 @@ from wentry_cli.synthetic.still import StillBody
 from wentry_cli.tracking.seed import find_seed
 from wentry_cli.tracking.source import FrameArray
 from wentry_cli.tracking.top import TopScale, magnification_at, scale_from_approach, top_stretch, track_top
+from wentry_cli.tracking.top_depth import Height, TopCamera
 
 RADIUS_M, DISTANCE = 0.0255, 1.5
 
@@ -44,11 +45,11 @@ def test_the_scale_follows_from_the_approach_and_the_distance() -> None:
 
 
 def test_the_stretch_is_freed_from_the_perspective() -> None:
-    height = np.array([0.05, 0.0, -0.1, np.nan])
-    magnification = magnification_at(height, DISTANCE)
-    assert magnification[3] == 1.0
-    pixels = 1.2 * 2000.0 * RADIUS_M * magnification
-    stretch, unc = top_stretch(pixels, np.full(4, 0.01), TopScale(2000.0, 2.0, "given"), RADIUS_M, magnification)
+    height = Height(np.array([0.05, 0.0, -0.1]), np.array([0.0, 0.003, 0.003]))
+    magnification = magnification_at(height, TopCamera(1 / DISTANCE, 0.01 / DISTANCE, "views"))
+    assert magnification[0] == pytest.approx(DISTANCE / (DISTANCE - height.value_m))
+    assert magnification[1] == pytest.approx([0.05 / 1.5 * 0.01, 0.002, 0.002], rel=0.15)
+    pixels = 1.2 * 2000.0 * RADIUS_M * magnification[0]
+    stretch, unc = top_stretch(pixels, np.full(3, 0.01), TopScale(2000.0, 2.0, "given"), RADIUS_M, magnification)
     assert stretch == pytest.approx(1.2)
-    assert unc == pytest.approx(np.hypot(0.01 / 51, 1.2e-3), rel=0.05)
-    assert np.all(magnification_at(height, None) == 1.0)
+    assert unc[1] == pytest.approx(np.hypot(np.hypot(0.01 / 51, 1.2e-3), 1.2 * 0.002), rel=0.01)

@@ -13,7 +13,6 @@ from wentry_cli.imaging.background import Background
 from wentry_cli.stages.clip import Clip
 from wentry_cli.stages.track_rows import fit_columns, frame_status
 from wentry_cli.stages.track_side import SideResult, exposure_frames, fitting_level
-from wentry_cli.tracking.impact import find_rise
 from wentry_cli.tracking.seed import find_seed
 from wentry_cli.tracking.sighting import Sighting
 from wentry_cli.tracking.top import (
@@ -23,12 +22,27 @@ from wentry_cli.tracking.top import (
     top_stretch,
     track_top,
 )
+from wentry_cli.tracking.top_depth import Height, TopCamera, fall_height, find_approach, find_camera, find_turn
 
 if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
 
 TOP_COLUMNS = ("center_x_px", "center_y_px", "radius_px", "radius_px_unc", "gated_fraction", "residual_rms_px")
-NO_SCALE = TopScale(math.nan, math.nan, "unknown")
+SIDE_COLUMNS = ("t_s", "y_b_m", "y_b_m_unc", "stretch", "stretch_unc")
+SAID_SPEED_UNC = 0.04
+ANY_SPEED = (4.0, 2.0)
+
+Radii = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Impact (s, camera clock) and its uncertainty, height of the sphere in every frame, camera and scale."""
+
+    impact_s: tuple[float, float]
+    height: Height
+    camera: TopCamera
+    scale: TopScale
 
 
 @dataclass(frozen=True)
@@ -51,20 +65,17 @@ def measure_top(drop: Drop, clip: Clip, ground: Background, sampled: list[int], 
         level, exposure = fitting_level(drop, ground), exposure_frames(drop, "top", clip)
         sightings = track_top(clip, ground, seed, level=level, exposure_frames=exposure)
     fits = fit_columns(clip.count, sightings)
-    impact = _impact(side, clip, fits["radius_px"])
-    t_s = clip.time_s - impact[0]
-    scale = _scale(drop, t_s, (fits["radius_px"], fits["radius_px_unc"]))
+    entry = _entry(drop, clip, side, fits)
     radius_m = drop.experiment.sphere.radius_m
-    height = _centre_height(side, clip.time_s, radius_m)
-    magnification = magnification_at(height, drop.view("top").camera_distance_m)
-    stretch, stretch_unc = top_stretch(fits["radius_px"], fits["radius_px_unc"], scale, radius_m, magnification)
+    magnification = magnification_at(entry.height, entry.camera)
+    stretch, stretch_unc = top_stretch(fits["radius_px"], fits["radius_px_unc"], entry.scale, radius_m, magnification)
     if side is not None:
         stretch_unc = np.hypot(stretch_unc, side.shape_offset)
-    columns: dict[str, Any] = {"frame": np.arange(clip.count), "t_s": t_s}
+    columns: dict[str, Any] = {"frame": np.arange(clip.count), "t_s": clip.time_s - entry.impact_s[0]}
     columns |= {name: fits[name] for name in TOP_COLUMNS}
     columns |= {"stretch": stretch, "stretch_unc": stretch_unc, "status": frame_status(clip.count, sightings)}
     problem = "" if seed is not None else "no sphere was found: check source, roi_px and polarity of views.top"
-    return TopResult(columns, scale, scale.px_m * radius_m, impact, problem)
+    return TopResult(columns, entry.scale, entry.scale.px_m * radius_m, entry.impact_s, problem)
 
 
 def _radius_range(drop: Drop) -> tuple[float, float]:
@@ -75,34 +86,94 @@ def _radius_range(drop: Drop) -> tuple[float, float]:
     return 0.75 * radius, 1.4 * radius
 
 
-def _impact(side: SideResult | None, clip: Clip, radius_px: NDArray[np.float64]) -> tuple[float, float]:
-    """Impact on the camera clock: from the side view where that saw it, else where the radius starts to rise."""
-    if side is not None and math.isfinite(side.impact.time_s):
-        return side.impact.time_s, side.impact.time_unc_s
-    early = radius_px[np.isfinite(radius_px)][:5]
-    if early.size == 0:
-        return math.nan, math.nan
-    return find_rise(clip.time_s, radius_px / float(np.median(early)))
-
-
-def _scale(drop: Drop, t_s: NDArray[np.float64], radii: tuple[NDArray[np.float64], NDArray[np.float64]]) -> TopScale:
+def _entry(drop: Drop, clip: Clip, side: SideResult | None, fits: dict[str, NDArray[np.float64]]) -> Entry:
+    """Impact, height of the sphere, distance of the camera and scale: from the side view, else from this one alone."""
     view, sphere = drop.view("top"), drop.experiment.sphere
+    radii = (fits["radius_px"], fits["radius_px_unc"])
+    camera, given = _given_camera(view.camera_distance_m), _given_scale(drop)
+    impact, speed = _side_impact(side), _said_speed(drop, side)
+    if not math.isfinite(impact[0]):
+        impact, speed = _own_impact(drop, clip.time_s, radii, speed)
+    t_s = clip.time_s - impact[0]
+    fall = fall_height(t_s, speed, sphere.radius_m, impact_unc_s=impact[1])
+    height, known = _height(side, clip.time_s, fall, sphere.radius_m)
+    if camera is None:
+        known = np.where(np.isfinite(known), known, np.where(t_s < 0, 1.0, np.nan))
+        px_m = 1.0 if given is None else given.px_m
+        ratio = px_m * sphere.radius_m * known / radii[0]
+        camera = find_camera(height, ratio, ratio * radii[1] / radii[0], scale_known=given is not None)
+    scale = given
+    if scale is None:
+        found = scale_from_approach(t_s, *radii, sphere.radius_m, camera.distance_m)
+        diameter = sphere.diameter_m_unc / sphere.diameter_m
+        scale = TopScale(found.px_m, math.hypot(found.unc_px_m, found.px_m * diameter), found.source)
+    return Entry(impact, height, camera, scale)
+
+
+def _given_camera(distance_m: float | None) -> TopCamera | None:
+    return None if distance_m is None else TopCamera(1.0 / distance_m, 0.0, "given")
+
+
+def _given_scale(drop: Drop) -> TopScale | None:
+    view = drop.view("top")
     given = view.scale_pair.air
-    if given != "auto":
-        return TopScale(float(given), view.scale_px_per_m_unc, "given")
-    found = scale_from_approach(t_s, *radii, sphere.radius_m, view.camera_distance_m)
-    diameter = sphere.diameter_m_unc / sphere.diameter_m
-    return TopScale(found.px_m, math.hypot(found.unc_px_m, found.px_m * diameter), found.source)
+    return None if given == "auto" else TopScale(float(given), view.scale_px_per_m_unc, "given")
 
 
-def _centre_height(side: SideResult | None, time_s: NDArray[np.float64], radius_m: float) -> NDArray[np.float64]:
-    """Height of the sphere's centre at the times of the top view, from the side view; NaN where that saw nothing."""
+def _side_impact(side: SideResult | None) -> tuple[float, float]:
+    return (math.nan, math.nan) if side is None else (side.impact.time_s, side.impact.time_unc_s)
+
+
+def _said_speed(drop: Drop, side: SideResult | None) -> tuple[float, float]:
+    """Impact speed and uncertainty, m/s: seen from the side, else as configured, else any of a laboratory's drops."""
+    if side is not None and math.isfinite(side.impact.speed_px_s) and side.scales.air > 0:
+        return side.impact.speed_px_s / side.scales.air, side.impact.speed_unc_px_s / side.scales.air
+    said = drop.experiment.drop
+    if said is not None and said.impact_speed_m_s is not None:
+        return said.impact_speed_m_s, SAID_SPEED_UNC * said.impact_speed_m_s
+    if said is not None and said.height_m is not None:
+        speed = math.sqrt(2.0 * drop.experiment.gravity_m_s2 * said.height_m)
+        return speed, SAID_SPEED_UNC * speed
+    return ANY_SPEED
+
+
+def _own_impact(
+    drop: Drop, time_s: NDArray[np.float64], radii: Radii, speed: tuple[float, float]
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Impact and speed without a side view: where the radius turns, and where it is that of a sphere that touches."""
+    turn = find_turn(time_s, radii[0])
+    distance, sphere = drop.view("top").camera_distance_m, drop.experiment.sphere
+    if distance is None or not math.isfinite(turn[0]):
+        return turn, speed
+    given = _given_scale(drop)
+    scale = (math.nan, math.nan)
+    if given is not None:
+        scale = given.px_m, math.hypot(given.unc_px_m / given.px_m, sphere.diameter_m_unc / sphere.diameter_m)
+    start = turn[0] - turn[1]
+    seen = find_approach(time_s - start, *radii, sphere.radius_m, distance, scale)
+    if math.isfinite(seen.contact_unc_s):
+        weights = np.array([turn[1], seen.contact_unc_s]) ** -2.0
+        at = float(weights @ [turn[0], start + seen.contact_s]) / float(weights.sum())
+        turn = at, float(weights.sum()) ** -0.5
+    return turn, (seen.speed_m_s, seen.speed_unc_m_s) if math.isfinite(seen.speed_m_s) else speed
+
+
+def _height(
+    side: SideResult | None, time_s: NDArray[np.float64], fall: Height, radius_m: float
+) -> tuple[Height, NDArray[np.float64]]:
+    """Height of the centre at the times of the top view, and the stretch, as seen from the side where they were."""
+    unknown = np.full(time_s.size, np.nan)
     if side is None:
-        return np.full(time_s.size, np.nan)
-    stretch = np.nan_to_num(np.asarray(side.columns["stretch"], np.float64), nan=1.0)
-    height = np.asarray(side.columns["y_b_m"], np.float64) + radius_m / stretch**2
-    t_side = np.asarray(side.columns["t_s"], np.float64) + side.impact.time_s
-    good = np.isfinite(height) & np.isfinite(t_side)
+        return fall, unknown
+    table = {name: np.asarray(side.columns[name], np.float64) for name in SIDE_COLUMNS}
+    stretch = np.where(np.isfinite(table["stretch"]), table["stretch"], 1.0)
+    height = table["y_b_m"] + radius_m / stretch**2
+    unc = np.hypot(table["y_b_m_unc"], 2.0 * radius_m / stretch**3 * np.nan_to_num(table["stretch_unc"]))
+    t_side = table["t_s"] + side.impact.time_s
+    good = np.isfinite(height) & np.isfinite(unc) & np.isfinite(t_side)
     if np.count_nonzero(good) < 2:
-        return np.full(time_s.size, np.nan)
-    return np.asarray(np.interp(time_s, t_side[good], height[good], left=np.nan, right=np.nan))
+        return fall, unknown
+    inside = (time_s >= t_side[good][0]) & (time_s <= t_side[good][-1])
+    seen = [np.interp(time_s, t_side[good], item[good]) for item in (height, unc, stretch)]
+    value, spread = np.where(inside, seen[0], fall.value_m), np.where(inside, seen[1], fall.unc_m)
+    return Height(value, spread), np.where(inside, seen[2], np.nan)

@@ -16,6 +16,7 @@ from wentry_cli.tracking.impact import weighted_line
 from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.sighting import Look, Sighting
 from wentry_cli.tracking.source import Frames
+from wentry_cli.tracking.top_depth import Height, TopCamera
 
 HIDDEN_AFTER = 10
 LEAST_STRAY = 4.0
@@ -109,24 +110,28 @@ def scale_from_approach(
 
 
 def top_stretch(
-    radius_px: ArrayLike, unc_px: ArrayLike, scale: TopScale, radius_m: float, magnification: ArrayLike
+    radius_px: ArrayLike,
+    unc_px: ArrayLike,
+    scale: TopScale,
+    radius_m: float,
+    magnification: tuple[ArrayLike, ArrayLike],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Stretch λ and its standard uncertainty from radii in px: the radius over that of the undeformed sphere.
 
-    ``magnification`` is that of the plane of the sphere's equator against that of the surface.
+    ``magnification`` is that of the plane of the sphere's equator against that of the surface, with its uncertainty.
     """
-    reference = scale.px_m * radius_m * np.asarray(magnification, np.float64)
+    factor, factor_unc = (np.asarray(item, np.float64) for item in magnification)
+    reference = scale.px_m * radius_m * factor
     radius, unc = np.asarray(radius_px, np.float64), np.asarray(unc_px, np.float64)
     stretch = radius / reference
-    return stretch, np.hypot(unc / reference, stretch * scale.unc_px_m / scale.px_m)
+    common = np.hypot(scale.unc_px_m / scale.px_m, factor_unc / factor)
+    return stretch, np.hypot(unc / reference, stretch * common)
 
 
-def magnification_at(height_m: ArrayLike, distance_m: float | None) -> NDArray[np.float64]:
-    """Magnification of a plane at ``height_m`` above the surface for a camera ``distance_m`` above it (pinhole).
+def magnification_at(height: Height, camera: TopCamera) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Magnification 1 / (1 - h/Z) of the plane at a height against that of the surface (pinhole), and its uncertainty.
 
-    1 where the distance is not known, or the height (NaN).
+    What is not known of the height and of the distance Z both count.
     """
-    height = np.asarray(height_m, np.float64)
-    if distance_m is None:
-        return np.ones_like(height)
-    return np.where(np.isfinite(height), distance_m / (distance_m - np.nan_to_num(height)), 1.0)
+    factor = 1.0 / (1.0 - height.value_m * camera.inverse_1_m)
+    return factor, factor**2 * np.hypot(camera.inverse_1_m * height.unc_m, camera.unc_1_m * height.value_m)
