@@ -18,7 +18,10 @@ from wentry_cli.imaging.patch import Patch
 DARKEST_GROUND = 0.12
 HOT_PIXEL = 0.25
 GHOST = 0.7
+GHOST_EDGE_PX = 5
 STEADY = 0.003
+# The splash and shadows are darker than a sphere lit from the front; its highlights are smaller than what this leaves.
+BRIGHTEST = 90.0
 
 
 @dataclass(frozen=True)
@@ -88,8 +91,15 @@ def _level_without_spheres(samples: NDArray[Any], noise: float) -> NDArray[np.fl
     level = clean_level(samples, noise)
     for part, before in reversed(covered):
         part[:] = before
-    level[(discs > 0) & ~(level > GHOST * np.nanpercentile(level[::4, ::4], 80))] = np.nan
+    level[_ghosts(level, discs > 0)] = np.nan
     return fill_holes(level)
+
+
+def _ghosts(level: NDArray[np.float32], discs: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Where spheres have left a ghost in the level, with the blurred edge of the ghost."""
+    dark = discs & ~(level > GHOST * np.nanpercentile(level[::4, ::4], 80))
+    wide = cv2.dilate(dark.astype(np.uint8), np.ones((2 * GHOST_EDGE_PX + 1,) * 2, np.uint8))
+    return np.asarray((wide > 0) & discs)
 
 
 def spheres_in_raw(frame: NDArray[Any]) -> list[Candidate]:
@@ -119,7 +129,7 @@ def _usable(level: NDArray[np.float32]) -> NDArray[np.bool_]:
 def _bright_background(samples: NDArray[Any], level: NDArray[np.float32], full_scale: float) -> Background:
     excess = np.asarray(samples[:, ::4, ::4], np.float32) - level[::4, ::4]
     strong = excess[excess > 0.25 * np.percentile(excess, 99.9)]
-    contrast = float(np.median(strong)) if strong.size else full_scale
+    contrast = float(np.percentile(strong, BRIGHTEST)) if strong.size else full_scale
     steps = np.abs(np.diff(excess, axis=0)) if len(excess) > 1 else np.zeros(1)
     noise = float(1.4826 * np.median(steps) / np.sqrt(2.0)) / max(contrast, 1.0)
     gain = np.full(level.shape, -1.0 / max(contrast, 1.0), np.float32)
