@@ -48,6 +48,8 @@ def test_a_good_file_is_read(tmp_path: Path) -> None:
     [
         (("diameter_m", "diametre_m"), "2:10: error: sphere.diametre_m: unknown key; did you mean diameter_m?"),
         (("0.051", "-0.051"), "2:10: error: sphere.diameter_m: must be greater than 0, not -0.051"),
+        (("0.051", "51"), "sphere.diameter_m: must be at most 1, not 51"),
+        (("1070", "1.07"), "sphere.density_kg_m3: must be at least 10, not 1.07"),
         (("0.051", "true"), "sphere.diameter_m: must be a number, not True"),
         (("0.051", ".nan"), "sphere.diameter_m: must be"),
         (("0.051", "51 mm"), "sphere.diameter_m: must be a number, not '51 mm'"),
@@ -172,5 +174,5 @@ def test_the_scaffold_is_valid_and_never_overwrites(tmp_path: Path) -> None:
 
 def test_the_page_of_defaults_is_true() -> None:
     document = read_document(packaged_config("default.yaml"))
-    required = Document({"kind": "water_entry", "sphere": {"diameter_m": 1.0}, "views": {"side": {"source": "x"}}})
+    required = Document({"kind": "water_entry", "sphere": {"diameter_m": 0.1}, "views": {"side": {"source": "x"}}})
     assert validate(Experiment, document.over(required)) == validate(Experiment, required)

@@ -70,8 +70,8 @@ class _Commands(click.Group):
 def cli() -> None:
     """From high-speed video of a sphere hitting water to physics.
 
-    A drop is a folder with an experiment.yaml; a campaign is a folder of drops. Start with `wentry init`, or try
-    `wentry render configs/demo.yaml -o demo` and `wentry run demo`.
+    A drop is a folder with an experiment.yaml; a campaign is a folder of drops. Start with `wentry init FOLDER`, then
+    `wentry check FOLDER` and `wentry run FOLDER`. `wentry COMMAND --help` tells the options.
     """
 
 

@@ -30,6 +30,7 @@ SERIES = (
 # key of truth.yaml, table, column
 NUMBERS = (
     ("u0_m_s", "summary", "impact_speed_m_s"),
+    ("free_period_s", "summary", "period_s"),
     ("t_p_s", "summary", "t_p_s"),
     ("y_p_m", "summary", "y_p_m"),
     ("delta_u_over_u0", "summary", "delta_u_over_u0"),
@@ -119,6 +120,7 @@ def _numbers(folder: Path, truth: dict[str, Any]) -> Iterator[Comparison]:
         stated = np.array([row[f"{column}_unc"]], float) if f"{column}_unc" in row.index else None
         errors = error_statistics(np.array([row[column]], float), np.array([wanted], float), stated)
         yield Comparison(folder.name, table, column, _unit(table, column), errors)
+    yield from _peaks(folder, truth.get("peaks") or [])
     if not has_table(folder, "summary"):
         return
     row = read_table(folder, "summary").iloc[0]
@@ -128,6 +130,16 @@ def _numbers(folder: Path, truth: dict[str, Any]) -> Iterator[Comparison]:
             hit = measured == wanted
             errors = error_statistics(np.array([1.0 if hit else 0.0]), np.array([1.0]))
             yield Comparison(folder.name, "summary", column, "–", errors, f"{measured or '–'}; truth {wanted or '–'}")
+
+
+def _peaks(folder: Path, peaks: list[float]) -> Iterator[Comparison]:
+    """The greatest stretch of each period, all periods together."""
+    if not peaks or not has_table(folder, "periods"):
+        return
+    found = read_table(folder, "periods").set_index("period").reindex(range(1, len(peaks) + 1))
+    stated = found["stretch_peak_unc"].to_numpy(float)
+    errors = error_statistics(found["stretch_peak"].to_numpy(float), np.array(peaks, float), stated)
+    yield Comparison(folder.name, "periods", "stretch_peak", "1", errors)
 
 
 def _word(value: Any) -> str:

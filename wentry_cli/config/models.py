@@ -31,9 +31,9 @@ class Sphere(Part):
     """The sphere: undeformed diameter, density or mass, material."""
 
     id: Label | None = None
-    diameter_m: Positive
+    diameter_m: Annotated[float, Field(strict=True, gt=0, le=1, allow_inf_nan=False)]
     diameter_m_unc: Uncertainty = 0.0
-    density_kg_m3: Positive | None = None
+    density_kg_m3: Annotated[float, Field(strict=True, ge=10, le=25_000, allow_inf_nan=False)] | None = None
     density_kg_m3_unc: Uncertainty = 0.0
     mass_kg: Positive | None = None
     mass_kg_unc: Uncertainty = 0.0

@@ -10,7 +10,7 @@ from wentry_cli.tables import write_text
 
 RECORDINGS = (".cihx", ".cih", ".cine", ".avi", ".mp4", ".tif", ".tiff")
 TEMPLATE = """\
-# One drop. Every key carries its unit; the README lists all of them.
+# One drop. Every key carries its unit; docs/configuration.md lists them all.
 kind: water_entry            # water_entry | surface_impact (rigid surface) | free_flight
 sphere:
   diameter_m: 0.051          # undeformed

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from wentry_cli.config.campaign import Drop
-from wentry_cli.errors import ConfigurationError, WentryError
+from wentry_cli.errors import InputError, WentryError
 from wentry_cli.runner.drop import Failure
 
 
@@ -20,21 +20,33 @@ def inspect_sources(drops: list[Drop]) -> tuple[dict[str, dict[str, str]], list[
 
 
 def _sentence(drop: Drop, view: str) -> str:
+    from wentry_cli.stages.ingest import frame_rate, open_view
+
+    _check_background(drop, view)
+    opened = open_view(drop, view)
+    try:
+        info = opened.info
+        rate = frame_rate(drop, view, info)
+    finally:
+        opened.recording.close()
+    return (
+        f"{info.format}, {info.frame_count} frames of {info.width} x {info.height}, "
+        f"{rate:g} frames/s ({info.fps_source})"
+    )
+
+
+def _check_background(drop: Drop, view: str) -> None:
     from wentry_cli.frames.formats import open_recording
 
-    given = drop.view(view).fps
-    rate = given if isinstance(given, float) else None
-    recording = open_recording(drop.source_path(view), fps=rate, frames=drop.view(view).frames)
-    try:
-        info = recording.info
-    finally:
+    background = drop.view(view).background
+    if isinstance(background, tuple):
+        recording = open_recording(drop.source_path(view))
+        last = recording.info.frame_count - 1
         recording.close()
-    if info.fps is None or not info.rate_trusted:
-        raise ConfigurationError(
-            f"{drop.folder / 'experiment.yaml'}: views.{view}.fps is needed: "
-            f"{info.path.name} does not tell the camera's rate"
-        )
-    return (
-        f"{info.format}, {info.frame_count} frames of {info.width} x {info.height}, {info.bit_depth} bit, "
-        f"{info.fps:g} frames/s ({info.fps_source})"
-    )
+        if background[1] > last:
+            raise InputError(
+                f"{drop.source_path(view)}: views.{view}.background names frames {list(background)}, "
+                f"but the last frame is {last}"
+            )
+    elif background != "auto" and not (drop.folder / background).is_file():
+        raise InputError(f"{drop.folder / background}: views.{view}.background: no such file")
