@@ -93,6 +93,8 @@ def test_in_air_a_sphere_is_a_sphere_unless_it_rings() -> None:
     assert np.all(value[t < 0] == 1.0)
     assert np.all(unc[t < 0] == 0.0)
     assert np.all(value[t > 0] == near[t > 0])
+    _, doubt = stretch_in_air(t, near - 0.0025, np.full(60, 1e-3))
+    assert doubt[t < 0] == pytest.approx(0.0025, abs=5e-4)
     oblate = near + 0.02
     assert np.all(stretch_in_air(t, oblate, np.full(60, 1e-3))[0] == oblate)
 

@@ -123,11 +123,13 @@ def _speed(times: Array, height: Array) -> float:
 def stretch_in_air(times_s: Array, stretch: Array, stretch_unc: Array) -> tuple[Array, Array]:
     """Take the stretch before impact as exactly 1 where its mean agrees with 1: a sphere at rest in its own frame.
 
-    It agrees within three standard errors or 0.003. A sphere that still rings from its release keeps what was measured.
-    Frames without a stretch before impact are filled in the same way.
+    It agrees within three standard errors or 0.003; what of the difference is no noise stays as its uncertainty (a
+    sphere that is not quite round). A sphere that still rings from its release keeps what was measured. Frames without
+    a stretch before impact are filled in the same way.
     """
     before = times_s < 0.0
     known = before & np.isfinite(stretch) & (stretch_unc > 0.0)
+    doubt = 0.0
     if not before.any():
         return stretch, stretch_unc
     if known.any():
@@ -135,7 +137,8 @@ def stretch_in_air(times_s: Array, stretch: Array, stretch_unc: Array) -> tuple[
         mean = float(np.sum(weight * stretch[known]) / np.sum(weight))
         if abs(mean - 1.0) > max(STILL, 3.0 / float(np.sqrt(np.sum(weight)))):
             return stretch, stretch_unc
-    return np.where(before, 1.0, stretch), np.where(before, 0.0, stretch_unc)
+        doubt = float(np.sqrt(max(0.0, (mean - 1.0) ** 2 - 1.0 / np.sum(weight))))
+    return np.where(before, 1.0, stretch), np.where(before, doubt, stretch_unc)
 
 
 def fall_before_impact(
