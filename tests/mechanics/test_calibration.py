@@ -118,6 +118,17 @@ def test_one_shallow_drop_does_not_identify():
     assert fit.flow_unc_1_s < 0.5 * fit.flow_1_s
 
 
+@pytest.mark.parametrize("peaks", [(1.75,), (1.7, 1.7)])
+def test_one_height_does_not_identify_however_narrow_its_interval(peaks):
+    """Without noise the linear interval of n is narrow even from one height, where n takes the errors of the model."""
+    truth = sphere(4)
+    drops = ringings(truth, np.random.default_rng(0), peaks=peaks[:1], noise=0.001) * len(peaks)
+    fit = fit_flow(truth, drops)
+    assert fit.n_high - fit.n_low < 0.1
+    assert fit.status == "not_identified"
+    assert "other heights" in fit.warning
+
+
 def test_data_without_damping_are_not_identified():
     truth = sphere(1)
     elastic = Material(**{**truth.__dict__, "g_t_pa": 0.0})

@@ -53,3 +53,11 @@ def test_noise_alone_is_not_identified():
     rng = np.random.default_rng(3)
     fit = fit_compression(np.linspace(0, 0.02, 50), rng.standard_normal(50), DIAMETER)
     assert fit.status in ("not_identified", "too_few")
+    assert np.isnan([fit.g_inf_pa, fit.g_inf_pa_unc]).all()
+
+
+def test_a_force_of_the_wrong_sign_has_no_modulus():
+    d = np.linspace(0, 0.02, 50)
+    fit = fit_compression(d, -6900 * DIAMETER**2 * compression_force(d / DIAMETER), DIAMETER)
+    assert fit.status == "not_identified"
+    assert np.isnan([fit.g_inf_pa, fit.g_inf_pa_unc, fit.g_inf_low_pa, fit.g_inf_high_pa]).all()

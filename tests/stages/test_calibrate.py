@@ -11,7 +11,7 @@ from wentry_cli.config.models import Experiment
 from wentry_cli.errors import ConfigurationError, InputError, TooFewMeasurementsError
 from wentry_cli.mechanics.compression import compression_force
 from wentry_cli.mechanics.solver import find_period, solve_oscillation
-from wentry_cli.stages.calibrate import calibrate_compression, calibrate_impact
+from wentry_cli.stages.calibrate import calibrate_compression, calibrate_impact, read_compression
 from wentry_cli.stages.model import sphere_material
 from wentry_cli.tables import new_table, read_table, write_table
 
@@ -67,20 +67,42 @@ def test_modulus_of_a_compression_test_is_used(tmp_path):
     for drop, peak in zip(drops, (1.3, 1.7), strict=True):
         write_ringing(tmp_path, drop, peak, rng)
     write_test(tmp_path / "test.csv", "displacement_m,force_N", modulus=7000.0)
-    calibrate_compression(tmp_path / "test.csv", 0.0974, tmp_path, material=KEY)
+    calibrate_compression(read_compression(tmp_path / "test.csv"), 0.0974, tmp_path, material=KEY)
     calibrate_impact(tmp_path, drops)
     rows = read_table(tmp_path, "materials").set_index("source")
     assert rows.loc["impact", "g_inf_pa"] == pytest.approx(7000.0, rel=1e-4)
     assert rows.loc["impact", "g_inf_pa_unc"] > 0.0
 
 
-def test_one_height_is_reported_as_not_identified(tmp_path):
+FITTED = ["n", "n_unc", "eps0_dot_1_s", "eps0_dot_1_s_unc"]
+
+
+@pytest.mark.parametrize(("peak", "last"), [(1.2, 80), (1.6, 300)])
+def test_one_height_is_reported_as_not_identified(tmp_path, peak, last):
     drop = make_drop("only")
-    write_ringing(tmp_path, drop, 1.2, np.random.default_rng(2), last=80)
+    write_ringing(tmp_path, drop, peak, np.random.default_rng(2), last=last)
     (warning,) = calibrate_impact(tmp_path, [drop])
     assert "S5: one drop" in warning
-    assert read_table(tmp_path, "materials")["status"].tolist() == ["not_identified"]
+    row = read_table(tmp_path, "materials").iloc[0]
+    assert row["status"] == "not_identified"
+    assert row[FITTED].isna().all()
     assert drop.with_calibration(tmp_path).material == drop.material
+
+
+def test_one_height_leaves_the_row_of_three(tmp_path):
+    rng = np.random.default_rng(1)
+    drops = [make_drop(f"h{k}") for k in range(3)]
+    for drop, peak in zip(drops, (1.25, 1.5, 1.75), strict=True):
+        write_ringing(tmp_path, drop, peak, rng)
+    calibrate_impact(tmp_path, drops)
+    before = (tmp_path / "materials.csv").read_bytes()
+    one, kept = calibrate_impact(tmp_path, drops[:1])
+    assert "one drop" in one
+    assert "the good row of an earlier calibration stays" in kept
+    assert (tmp_path / "materials.csv").read_bytes() == before
+    with pytest.raises(TooFewMeasurementsError, match="the good row of an earlier calibration stays"):
+        calibrate_impact(tmp_path, [make_drop("missing")])
+    assert (tmp_path / "materials.csv").read_bytes() == before
 
 
 def test_drops_without_a_peak_are_too_few_and_the_table_is_written(tmp_path):
@@ -110,7 +132,7 @@ def write_test(path, header, factor=1.0, modulus=6900.0, zero=4e-4):
 @pytest.mark.parametrize(("unit", "factor"), [("displacement_m", 1.0), ("displacement_mm", 1e3)])
 def test_compression_gives_the_modulus_in_either_unit(tmp_path, unit, factor):
     write_test(tmp_path / "test.csv", f"{unit},force_N", factor)
-    calibrate_compression(tmp_path / "test.csv", 0.0974, tmp_path, material=KEY)
+    calibrate_compression(read_compression(tmp_path / "test.csv"), 0.0974, tmp_path, material=KEY)
     row = read_table(tmp_path, "materials").iloc[0]
     assert row["g_inf_pa"] == pytest.approx(6900.0, rel=1e-4)
     assert (row["material"], row["source"], row["status"]) == (KEY, "compression", "ok")
@@ -120,9 +142,9 @@ def test_compression_gives_the_modulus_in_either_unit(tmp_path, unit, factor):
 def test_rows_of_others_stay_and_own_rows_are_replaced(tmp_path):
     write_test(tmp_path / "a.csv", "displacement_m,force_N")
     write_test(tmp_path / "b.csv", "displacement_m,force_N", modulus=1235.0)
-    calibrate_compression(tmp_path / "a.csv", 0.0974, tmp_path, material="a")
-    calibrate_compression(tmp_path / "a.csv", 0.0974, tmp_path, material="b")
-    calibrate_compression(tmp_path / "b.csv", 0.0974, tmp_path, material="b")
+    calibrate_compression(read_compression(tmp_path / "a.csv"), 0.0974, tmp_path, material="a")
+    calibrate_compression(read_compression(tmp_path / "a.csv"), 0.0974, tmp_path, material="b")
+    calibrate_compression(read_compression(tmp_path / "b.csv"), 0.0974, tmp_path, material="b")
     rows = read_table(tmp_path, "materials")
     assert rows["material"].tolist() == ["a", "b"]
     assert rows["g_inf_pa"].tolist() == pytest.approx([6900.0, 1235.0], rel=1e-4)
@@ -134,24 +156,69 @@ def test_rows_of_others_stay_and_own_rows_are_replaced(tmp_path):
         ("", "header needs force_N"),
         ("displacement,force\n1,2\n", "rename the columns"),
         ("displacement_m,force_N\n0.1,abc\n", "test.csv:2"),
+        ("displacement_m;force_N\n0.1;2\n", "separated by semicolons; write commas"),
+        ("displacement_m\tforce_N\n0.1\t2\n", "separated by tabs"),
+        ("displacement_m,force_N\n0.1;2\n", "test.csv:2: the columns are separated by semicolons"),
+        ("displacement_m,force_N\n0.1,2\n0,2,3,1\n", "test.csv:3: 4 columns, and the header has 2, as decimal commas"),
+        ('displacement_m,force_N\n"0,1","2,5"\n', "decimal commas"),
+        ("displacement_m,displacement_mm,force_N\n0.1,100,2\n", "has displacement_m and displacement_mm; keep one"),
+        ("displacement_m,force_N,force_N\n0.1,2,2\n", "force_N twice"),
     ],
 )
 def test_wrong_files_are_one_sentence(tmp_path, content, sentence):
     (tmp_path / "test.csv").write_text(content, encoding="utf-8")
     with pytest.raises(InputError, match=sentence):
-        calibrate_compression(tmp_path / "test.csv", 0.05, tmp_path)
+        calibrate_compression(read_compression(tmp_path / "test.csv"), 0.05, tmp_path)
     assert not (tmp_path / "materials.csv").exists()
 
 
-def test_missing_file_and_wrong_diameter(tmp_path):
+def test_missing_file(tmp_path):
     with pytest.raises(InputError, match="cannot be read"):
-        calibrate_compression(tmp_path / "none.csv", 0.05, tmp_path)
-    with pytest.raises(ConfigurationError, match="positive"):
-        calibrate_compression(tmp_path / "none.csv", -1.0, tmp_path)
+        read_compression(tmp_path / "none.csv")
+
+
+@pytest.mark.parametrize("diameter", [-0.05, 0.0, float("nan"), float("inf"), 51.0])
+def test_wrong_diameter(tmp_path, diameter):
+    write_test(tmp_path / "test.csv", "displacement_m,force_N")
+    with pytest.raises(ConfigurationError, match="positive, finite and at most 1"):
+        calibrate_compression(read_compression(tmp_path / "test.csv"), diameter, tmp_path)
+    assert not (tmp_path / "materials.csv").exists()
+
+
+def test_rows_without_numbers_are_left_out_and_told(tmp_path):
+    write_test(tmp_path / "test.csv", "displacement_m,force_N")
+    whole = read_compression(tmp_path / "test.csv")
+    assert whole.warning == ""
+    lines = (tmp_path / "test.csv").read_text(encoding="utf-8").splitlines()
+    lines[5:5] = ["nan,1.0", "0.01,", "", "0.01,inf"]
+    (tmp_path / "holes.csv").write_text("\n".join(lines), encoding="utf-8")
+    holes = read_compression(tmp_path / "holes.csv")
+    assert holes.warning.endswith("holes.csv: left out for want of two finite numbers: line 6, 7, 9")
+    assert holes.force_n == pytest.approx(whole.force_n, abs=0.0)
 
 
 def test_a_test_without_load_is_too_few(tmp_path):
     (tmp_path / "test.csv").write_text("displacement_m,force_N\n0,0\n0.001,\n", encoding="utf-8")
-    with pytest.raises(TooFewMeasurementsError, match="not determined"):
-        calibrate_compression(tmp_path / "test.csv", 0.05, tmp_path)
+    with pytest.raises(TooFewMeasurementsError, match="not determined") as caught:
+        calibrate_compression(read_compression(tmp_path / "test.csv"), 0.05, tmp_path)
+    assert "earlier" not in str(caught.value)
     assert read_table(tmp_path, "materials")["status"].tolist() == ["too_few"]
+
+
+def test_a_failed_test_leaves_the_good_row(tmp_path):
+    write_test(tmp_path / "good.csv", "displacement_m,force_N")
+    calibrate_compression(read_compression(tmp_path / "good.csv"), 0.0974, tmp_path, material="a")
+    before = (tmp_path / "materials.csv").read_bytes()
+    (tmp_path / "short.csv").write_text("displacement_m,force_N\n0,0\n0.001,1\n0.002,2\n", encoding="utf-8")
+    with pytest.raises(TooFewMeasurementsError, match="the good row of an earlier calibration stays"):
+        calibrate_compression(read_compression(tmp_path / "short.csv"), 0.0974, tmp_path, material="a")
+    assert (tmp_path / "materials.csv").read_bytes() == before
+
+
+def test_a_force_of_the_wrong_sign_leaves_the_cells_empty(tmp_path):
+    write_test(tmp_path / "test.csv", "displacement_m,force_N", modulus=-6900.0)
+    with pytest.raises(TooFewMeasurementsError, match="the signs"):
+        calibrate_compression(read_compression(tmp_path / "test.csv"), 0.0974, tmp_path)
+    row = read_table(tmp_path, "materials").iloc[0]
+    assert row["status"] == "not_identified"
+    assert row[["g_inf_pa", "g_inf_pa_unc"]].isna().all()

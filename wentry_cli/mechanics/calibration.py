@@ -32,7 +32,7 @@ FEWEST_POINTS = 8
 OUTLIER = 6.0  # robust standard deviations
 OUTLIER_ROUNDS = 4
 WIDEST_N = 0.5  # half-width of the 95 % interval beyond which n is not identified
-LEAST_SPREAD = 0.1  # of the initial stretches
+LEAST_SPREAD = 0.1  # of the initial stretches, below which n is not identified
 
 
 @dataclass(frozen=True)
@@ -80,6 +80,12 @@ def fit_flow(material: Material, drops: Sequence[Ringing], *, creep: bool = True
     it was loaded. Without it λ_p = 1, the paper's choice, and the parameters absorb the creep. Weighted least squares
     with forward sensitivities from the best of a scan of 36 points; points beyond six robust standard deviations are
     left out. Uncertainties from the residuals (Student), intervals linear in (ln ε̇₀, n).
+
+    ε̇₀ and n count as told apart (``ok``) where the fit converged inside its bounds, the 95 % interval of n is narrower
+    than ± ``WIDEST_N`` and the initial stretches of the drops differ by ``LEAST_SPREAD`` at least. The interval alone
+    does not do: a single long clip makes it narrow, but only as far as the model is exact, since at one height an error
+    of G∞ or of the shape of λ(t) passes into n unseen. The correlation does not do either: it is .997 to .999 from
+    three heights, and .998 to 1 from one.
 
     Raises ``ConfigurationError`` where ``material`` makes no sense.
     """
@@ -207,8 +213,9 @@ def _result(material: Material, problem: _Problem, minimum: Minimum) -> Calibrat
     flow = math.exp(x[0] - problem.log_unit)
     weights = np.concatenate([1.0 / drop.stretch_unc for drop in problem.drops])
     inside = np.all((x > problem.bounds[0] + 1e-6) & (x < problem.bounds[1] - 1e-6))
-    identified = bool(inside and minimum.converged and quantile * n_unc < WIDEST_N)
     stretch_0 = x[2 : 2 + count]
+    spread = float(np.ptp(stretch_0))
+    narrow = bool(inside and minimum.converged and quantile * n_unc < WIDEST_N)
     return Calibration(
         material=found,
         eps0_dot_unc_1_s=found.eps0_dot_1_s * float(log_unc),
@@ -226,16 +233,15 @@ def _result(material: Material, problem: _Problem, minimum: Minimum) -> Calibrat
         stretch_viscous_0=np.exp(x[2 + 2 * count :]) if problem.creep else np.ones(count),
         residual_rms=float(np.sqrt(np.mean((minimum.residual / weights) ** 2))),
         points=size,
-        status="ok" if identified else "not_identified",
-        warning=_warning(stretch_0, identified),
+        status="ok" if narrow and spread >= LEAST_SPREAD else "not_identified",
+        warning=_warning(count, spread, narrow),
     )
 
 
-def _warning(stretch_0: FloatArray, identified: bool) -> str:
-    spread = float(np.ptp(stretch_0))
+def _warning(count: int, spread: float, narrow: bool) -> str:
     if spread >= LEAST_SPREAD:
-        return "" if identified else "the stretch does not tell eps0_dot from n: longer or less noisy clips are needed"
-    heights = "one drop" if stretch_0.size == 1 else f"{stretch_0.size} drops whose first peaks differ by {spread:.3f}"
+        return "" if narrow else "the stretch does not tell eps0_dot from n: longer or less noisy clips are needed"
+    heights = "one drop" if count == 1 else f"{count} drops whose first peaks differ by {spread:.3f}"
     return f"{heights}: only the product eps0_dot c^n is known, not eps0_dot and n apart; add drops from other heights"
 
 

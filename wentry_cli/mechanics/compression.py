@@ -52,7 +52,8 @@ def fit_compression(displacement_m: ArrayLike, force_n: ArrayLike, diameter_m: f
     Arrays of one shape, displacement between the plates rising with the force, in m and N. The modulus is a linear
     coefficient, so only d₀ is searched. The noise of the force is taken from the residuals; the uncertainty is that
     of the linearised fit of both. Points deeper than half a diameter are left out. ``status`` is ``ok``, ``too_few``
-    (fewer than 6 points with load) or ``not_identified`` (no positive modulus, or an uncertainty above one half).
+    (fewer than 6 points with load) or ``not_identified`` (no positive modulus, or an uncertainty above one half of
+    it); every value is NaN where it is not ``ok``.
     """
     d = np.asarray(displacement_m, dtype=np.float64).ravel()
     force = np.asarray(force_n, dtype=np.float64).ravel()
@@ -101,7 +102,8 @@ def _with_uncertainty(
     covariance = np.linalg.pinv(jacobian.T @ jacobian) * variance
     unc, zero_unc = (float(np.sqrt(covariance[i, i])) for i in range(2))
     half = float(student.ppf(0.975, freedom)) * unc
-    identified = modulus > 0.0 and unc < 0.5 * modulus
+    if not (modulus > 0.0 and unc < 0.5 * modulus):
+        return _unfitted(d.size, "not_identified")
     return CompressionFit(
         g_inf_pa=modulus,
         g_inf_pa_unc=unc,
@@ -111,7 +113,7 @@ def _with_uncertainty(
         zero_offset_m_unc=zero_unc * diameter_m,
         residual_rms_n=float(np.sqrt(np.mean(residual**2))) * diameter_m**2,
         points=int(d.size),
-        status="ok" if identified else "not_identified",
+        status="ok",
     )
 
 

@@ -1,0 +1,44 @@
+"""``wentry calibrate compression``: a mistake is a sentence and leaves nothing behind."""
+
+import numpy as np
+import pytest
+
+from wentry_cli.mechanics.compression import compression_force
+
+
+def write_test(path, header="displacement_m,force_N"):
+    d = np.linspace(0.0, 0.012, 40)
+    force = 6900.0 * 0.051**2 * compression_force(d / 0.051)
+    lines = [header, *(f"{a:.9g},{b:.9g}" for a, b in zip(d, force, strict=True)), "0.013,nan"]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("diameter", ["-0.05", "0", "nan", "inf", "51"])
+def test_wrong_diameters_are_usage(tmp_path, wentry, diameter):
+    test = write_test(tmp_path / "test.csv")
+    done = wentry("calibrate", "compression", test, "--diameter-m", diameter, "-o", tmp_path / "r")
+    assert done.code == 2
+    assert f"{diameter} is no diameter in metres: it must be positive, finite and at most 1." in done.err
+    assert not (tmp_path / "r").exists()
+
+
+def test_an_unreadable_test_makes_no_folder(tmp_path, wentry):
+    (tmp_path / "test.csv").write_text("displacement_m;force_N\n0,1;2,5\n", encoding="utf-8")
+    done = wentry("calibrate", "compression", tmp_path / "test.csv", "--diameter-m", "0.051", "-o", tmp_path / "r")
+    assert done.code == 4
+    assert "semicolons" in done.err
+    assert not (tmp_path / "r").exists()
+
+
+def test_a_failed_test_keeps_the_good_row(tmp_path, wentry):
+    words = ("--diameter-m", "0.051", "--material", "soft", "-o", tmp_path / "r")
+    done = wentry("calibrate", "compression", write_test(tmp_path / "good.csv"), *words)
+    assert done.code == 0
+    assert "left out for want of two finite numbers: line 42" in done.err
+    before = (tmp_path / "r" / "materials.csv").read_bytes()
+    (tmp_path / "short.csv").write_text("displacement_m,force_N\n0,0\n0.001,1\n0.002,2\n", encoding="utf-8")
+    done = wentry("calibrate", "compression", tmp_path / "short.csv", *words)
+    assert done.code == 5
+    assert "the good row of an earlier calibration stays" in done.err
+    assert (tmp_path / "r" / "materials.csv").read_bytes() == before
