@@ -15,11 +15,13 @@ from wentry_cli.tracking.follow import Plan, Watch, follow
 from wentry_cli.tracking.impact import weighted_line
 from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.sighting import Look, Sighting
-from wentry_cli.tracking.source import Frames
+from wentry_cli.tracking.source import Frames, read_patch
+from wentry_cli.tracking.splash_ring import judge_rings
 from wentry_cli.tracking.top_depth import Height, TopCamera
 
 HIDDEN_AFTER = 10
-LEAST_STRAY = 4.0
+SEARCH_STEP = 2
+SMALLEST_AGAIN, LARGEST_AGAIN, ALIKE_AGAIN, BRIGHT_AGAIN = 0.6, 2.4, 0.08, 0.7
 
 
 def track_top(
@@ -27,16 +29,53 @@ def track_top(
 ) -> list[Sighting]:
     """Fit a circle in every frame, from the seed backwards to the first and forwards until the sphere is hidden.
 
-    Hidden is what could not be measured in ten frames in a row: the splash has domed over, and all later frames are
-    ``occluded``.
+    What could not be measured in ten frames in a row is hidden; it is looked for again, and where it never comes back
+    the splash has domed over: all later frames are ``occluded``.
     """
     plan = _circle_plan(frames.shape, level, exposure_frames)
     start = seed.frames[0]
-    forward = replace(seed)
-    seen = follow(frames, ground, forward, range(start, frames.count), plan, Watch(patience=HIDDEN_AFTER))
+    seen: list[Sighting] = []
+    path: Path | None = replace(seed)
+    while path is not None:
+        seen += follow(frames, ground, path, range(start, frames.count), plan, Watch(patience=HIDDEN_AFTER))
+        path, start = find_again(frames, ground, path, seen[-1].frame + 1)
+        seen += [Sighting(index, "occluded") for index in range(seen[-1].frame + 1, start)]
     backward = seed.turned()
-    before = follow(frames, ground, backward, range(start - 1, -1, -1), plan)
-    return _without_strays([*reversed(before), *_hidden_at_the_end(seen)])
+    before = follow(frames, ground, backward, range(seed.frames[0] - 1, -1, -1), plan)
+    return _hidden_at_the_end(judge_rings(frames, ground, [*reversed(before), *seen]))
+
+
+def find_again(frames: Frames, ground: Background, path: Path, index: int) -> tuple[Path | None, int]:
+    """Look for a sphere that the splash has hidden, from frame ``index`` on: a path through it, and its frame.
+
+    It is the innermost dark disc about where it was last seen, alike in two frames one after the other.
+    """
+    last = path.shapes[-1]
+    for at in range(index, frames.count - 1, SEARCH_STEP):
+        first, second = (_inner_disc(frames, ground, frame, last, path.radius) for frame in (at, at + 1))
+        if abs(second - first) < ALIKE_AGAIN * first:
+            again = Path(path.radius)
+            for frame, radius in ((at, first), (at + 1, second)):
+                again.add(frame, EllipseShape(last.x, last.y, path.radius, radius / path.radius))
+            return again, at
+    return None, index
+
+
+def _inner_disc(frames: Frames, ground: Background, index: int, last: EllipseShape, radius: float) -> float:
+    """Radius at which a frame turns bright for the first time, on its way out from a point; NaN where it does not."""
+    reach = LARGEST_AGAIN * radius
+    patch = read_patch(frames, index, ground, (last.x - reach, last.y - reach, last.x + reach, last.y + reach))
+    if isinstance(patch, str):
+        return math.nan
+    angle = np.linspace(0.0, 2.0 * math.pi, 72, endpoint=False)
+    away = np.arange(0.0, reach, 1.0)
+    column = np.rint(last.x - patch.x0 + away[:, None] * np.cos(angle)).astype(np.intp)
+    row = np.rint(last.y - patch.y0 + away[:, None] * np.sin(angle)).astype(np.intp)
+    height, width = patch.values.shape
+    seen = (row >= 0) & (column >= 0) & (row < height) & (column < width)
+    levels = np.where(seen, patch.values[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)], 0.0)
+    bright = np.flatnonzero(np.median(np.nan_to_num(levels), axis=1) > BRIGHT_AGAIN)
+    return float(away[bright[0]]) if bright.size and away[bright[0]] > SMALLEST_AGAIN * radius else math.nan
 
 
 def _hidden_at_the_end(seen: list[Sighting]) -> list[Sighting]:
@@ -46,20 +85,6 @@ def _hidden_at_the_end(seen: list[Sighting]) -> list[Sighting]:
         return seen
     hidden = [Sighting(item.frame, _hidden(item.status)) for item in tail]
     return [*seen[: last + 1], *hidden]
-
-
-def _without_strays(seen: list[Sighting]) -> list[Sighting]:
-    """Call frames ``occluded`` whose outline is much less of a circle than that of the others: the splash is in it."""
-    residuals = [item.fit.residual_rms_px for item in seen if item.ok and item.fit is not None]
-    if not residuals:
-        return seen
-    bound = LEAST_STRAY * float(np.median(residuals))
-    return [
-        Sighting(item.frame, "occluded")
-        if item.ok and item.fit is not None and item.fit.residual_rms_px > bound
-        else item
-        for item in seen
-    ]
 
 
 def _hidden(status: str) -> str:
