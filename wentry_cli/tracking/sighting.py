@@ -19,7 +19,8 @@ from wentry_cli.imaging.patch import Patch
 from wentry_cli.tracking.prediction import usable
 from wentry_cli.tracking.source import Frames, read_patch
 
-LARGEST_MISFIT = 0.03
+# Beyond this, px and share of R, the bottom alone and the whole outline do not see the same sphere.
+LARGEST_OFFSET_PX, LARGEST_MISFIT = 0.5, 0.015
 CLEAR_GROUND_PX = 5.0
 CLEAR_GROUND = 0.85
 MOST_CROWDED = 0.2
@@ -117,7 +118,8 @@ def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighti
         crowded = crowded_share(patch, fit) > MOST_CROWDED
         return Sighting(index, "occluded" if crowded else "ok", fit, free_fit=fit, circle=True)
     bottom = fit_local_bottom(patch, fit, motion_px=look.motion_px) if look.bottom else None
-    if bottom is not None and not abs(bottom.y_px - fit.bottom_y_px) < 1.5 + LARGEST_MISFIT * fit.radius_px:
+    lowest = extremes(fit.shape, look.departure)[1] if look.departure else fit.bottom_y_px
+    if bottom is not None and not abs(bottom.y_px - lowest) < LARGEST_OFFSET_PX + LARGEST_MISFIT * fit.radius_px:
         bottom = replace(bottom, status="poor_fit")
     separation = find_separation(patch, fit) if look.separation else None
     line = (look.top_y_px - fit.center_y_px) * fit.stretch**2 / fit.radius_px
