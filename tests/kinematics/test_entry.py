@@ -72,6 +72,28 @@ def test_an_error_of_shape_that_varies_slowly_is_in_the_error_bar() -> None:
     assert pulls[1] < 3.3
 
 
+def test_a_steady_error_of_the_stretch_is_in_the_error_bar_while_its_lever_changes() -> None:
+    truth = fall("soft")
+    y_b, stretch, _ = entry(0, 1e-4)
+    wrong = np.where(truth.t > 0, stretch + 0.006, stretch)
+    motion = solve_entry_motion(
+        truth.t,
+        (y_b, np.full(y_b.size, 2.5e-5)),
+        (wrong, np.where(truth.t > 0, 6e-3, 1e-4)),
+        R,
+        ballistic=Ballistic(-G, 0.1),
+        slow_s=0.015,
+    )
+    inside = truth.t > 0.008
+    for found, true, unc in (
+        (motion.velocity, truth.v, motion.velocity_unc),
+        (motion.acceleration, truth.a, motion.acceleration_unc),
+    ):
+        pulls = np.abs((found - true) / unc)[inside]
+        assert rms(pulls) < 1.2
+        assert np.mean(pulls > 3) < 0.01
+
+
 def test_a_gap_in_the_stretch_stays_a_gap() -> None:
     truth = fall("soft")
     y_b, stretch, unc = entry(0)

@@ -100,3 +100,31 @@ def test_cubic_interpolation_carries_its_variance() -> None:
     assert value[1] == 343.0
     assert np.isnan(value[2])
     assert np.isnan(lagrange_cubic(t[:3], t[:3], t[:3], np.array([1.0]))[0]).all()
+
+
+def test_a_slow_error_of_the_side_view_makes_no_step_where_the_top_view_ends() -> None:
+    random = np.random.default_rng(2)
+    error = -0.012
+    side = ring(T) + error + 1e-4 * random.normal(size=T.size), np.full(T.size, 0.01)
+    top = ring(T) + 5e-4 * random.normal(size=T.size), np.full(T.size, 1e-3)
+    plain = merge_stretch(T, side, T, top, dome_over_s=0.025)
+    merged = merge_stretch(T, side, T, top, dome_over_s=0.025, slow_s=0.015)
+    last = int(np.flatnonzero(merged.source == "both")[-1])
+    assert abs(np.diff(plain.stretch - ring(T))[last]) > 0.01
+    assert abs(np.diff(merged.stretch - ring(T))[last]) < 0.0015
+    off = np.abs(merged.stretch - ring(T))
+    assert np.all(off < 2 * merged.stretch_unc + 1e-3)
+    assert merged.stretch_unc[last + 1] < 0.002
+    assert np.all(np.diff(merged.stretch_unc[last + 1 :]) >= 0.0)
+    assert merged.stretch_unc[-1] == pytest.approx(0.01, rel=1e-3)
+    assert np.array_equal(merged.side, side[0])
+
+
+def test_noise_of_the_side_view_carries_nothing() -> None:
+    random = np.random.default_rng(3)
+    side = ring(T) + 2e-3 * random.normal(size=T.size), np.full(T.size, 2e-3)
+    top = ring(T) + 1e-3 * random.normal(size=T.size), np.full(T.size, 1e-3)
+    plain = merge_stretch(T, side, T, top, dome_over_s=0.025)
+    merged = merge_stretch(T, side, T, top, dome_over_s=0.025, slow_s=0.015)
+    assert np.array_equal(plain.stretch, merged.stretch)
+    assert np.array_equal(plain.stretch_unc, merged.stretch_unc)

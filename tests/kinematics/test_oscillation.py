@@ -104,3 +104,16 @@ def test_too_few_frames() -> None:
     seen = np.full(T.size, np.nan)
     seen[60:64] = 1.1
     assert find_oscillation(T, seen, np.full(T.size, 1e-3)).status == "too_few"
+
+
+def test_what_the_frames_have_in_common_is_in_the_error_bar_of_a_peak() -> None:
+    noise, common = 1e-3, 0.015
+    seen = ringing(T) + 0.8 * common + noise * np.random.default_rng(0).normal(size=T.size)
+    result = find_oscillation(T, seen, np.full(T.size, np.hypot(noise, common)))
+    plain = found(ringing(T), noise)
+    assert len(result.periods) == len(plain.periods)
+    for period, without, time in zip(result.periods, plain.periods, true_peaks(), strict=True):
+        assert abs(period.peak.stretch - ringing(np.array([time]))[0]) < 1.2 * period.peak.stretch_unc
+        assert period.peak.common_unc == pytest.approx(common, rel=0.05)
+        assert without.peak.common_unc < 0.5 * noise
+        assert period.peak.time_unc_s < 3 * without.peak.time_unc_s

@@ -61,7 +61,8 @@ def solve_entry_motion(
 
     Positions may scatter less than their uncertainties say: the rest is an error that varies slowly (a shape that is no
     ellipse, a scale) and that no smoothing sees. It is taken to turn round within ``slow_s`` and widens the error bars
-    of velocity and acceleration by itself over ``slow_s`` and its square.
+    of velocity and acceleration by itself over ``slow_s`` and its square; one of λ also by the rates at which its lever
+    2R/λ³ on y_c changes.
     """
     times = np.asarray(times_s, dtype=float)
     rigid = bool(np.all(stretch[1] == 0.0))
@@ -78,6 +79,7 @@ def solve_entry_motion(
     low, middle = (track.frames for track in tracks)
     seen, known = np.isfinite(bottom[0]), np.isfinite(height)
     hidden = [_hidden_part(times, pair[1], u, track) for pair, u, track in zip(pairs, random, tracks, strict=True)]
+    turning, bending = _shape_changes(tracks, hidden, radius_m)
     return EntryMotion(
         bottom_m=bottom[0],
         bottom_unc_m=bottom[1],
@@ -86,9 +88,9 @@ def solve_entry_motion(
         bottom_velocity=np.where(seen, low.velocity, np.nan),
         bottom_velocity_unc=np.where(seen, np.hypot(low.velocity_unc, hidden[0] / slow_s), np.nan),
         velocity=np.where(known, middle.velocity, np.nan),
-        velocity_unc=np.where(known, np.hypot(middle.velocity_unc, hidden[1] / slow_s), np.nan),
+        velocity_unc=np.where(known, _add(middle.velocity_unc, hidden[1] / slow_s, turning), np.nan),
         acceleration=np.where(known, middle.acceleration, np.nan),
-        acceleration_unc=np.where(known, np.hypot(middle.acceleration_unc, hidden[1] / slow_s**2), np.nan),
+        acceleration_unc=np.where(known, _add(middle.acceleration_unc, hidden[1] / slow_s**2, bending), np.nan),
         outlier=known & ~tracks[1].used & np.isfinite(middle.velocity),
         bottom=tracks[0],
         centre=tracks[1],
@@ -112,6 +114,28 @@ def _hidden_part(times: Array, unc: Array, random: Array, track: SmoothTrack) ->
     hidden = np.sqrt(np.maximum(unc**2 - (random * track.noise_scale) ** 2, 0.0))
     dry = (times < 0.0) & np.isfinite(hidden)
     return np.where(dry, np.median(hidden[dry]), hidden) if dry.any() else hidden
+
+
+def _shape_changes(tracks: list[SmoothTrack], hidden: list[Array], radius: float) -> tuple[Array, Array]:
+    """What a steady error of λ does to v_c and a_c while its lever ∂y_c/∂λ = 2R/λ³ = 2R q^(3/2) changes.
+
+    q = (y_c − y_b)/R and its derivatives are those of the two smoothed tracks.
+    """
+    if any(track.status != "ok" for track in tracks):
+        return np.zeros_like(hidden[0]), np.zeros_like(hidden[0])
+    low, middle = (track.frames for track in tracks)
+    q = np.maximum((middle.position - low.position) / radius, 0.05)
+    rate, bend = (middle.velocity - low.velocity) / radius, (middle.acceleration - low.acceleration) / radius
+    relative = np.sqrt(np.maximum(hidden[1] ** 2 - hidden[0] ** 2, 0.0)) / q**1.5
+    return relative * 1.5 * np.sqrt(q) * np.abs(rate), relative * np.abs(
+        1.5 * np.sqrt(q) * bend + 0.75 * rate**2 / np.sqrt(q)
+    )
+
+
+def _add(*parts: Array) -> Array:
+    """Add in quadrature."""
+    total: Array = np.sqrt(np.sum(np.square(parts), axis=0))
+    return total
 
 
 def _speed(times: Array, height: Array) -> float:

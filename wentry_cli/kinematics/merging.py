@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.kinematics.interpolation import lagrange_cubic
+from wentry_cli.kinematics.outliers import scatter_ratio
 
 Array = NDArray[np.float64]
 MINIMUM_OVERLAP = 10
+NEAREST = 5
 
 
 @dataclass(frozen=True)
@@ -40,11 +42,16 @@ def merge_stretch(
     top: tuple[Array, Array],
     *,
     dome_over_s: float = float("nan"),
+    slow_s: float = 0.0,
 ) -> MergedStretch:
     """Merge λ of the ``side`` view at ``times_s`` with λ of the ``top`` view at its own times (values, uncertainties).
 
     The top view counts before dome-over (NaN: it never domes over), the side view wherever it was measured; both
     together by 1/u². Where they disagree by more than their uncertainties, that of the mean is widened (Birge ratio).
+
+    Beside the frames that both see, the side view keeps what the overlap taught: the part of its uncertainty that does
+    not scatter is an error that changes over ``slow_s`` (0: nothing is known), so that λ does not step where the top
+    view comes and goes, and the uncertainty grows from the joint one to the side view's own.
     """
     seen, variance = lagrange_cubic(top_times_s, top[0], top[1] ** 2, times_s)
     if np.isfinite(dome_over_s):
@@ -61,6 +68,9 @@ def merge_stretch(
     quarrel = np.where(both, np.abs(side[0] - seen) / np.where(both, np.hypot(side[1], top_unc), 1.0), 0.0)
     unc = np.maximum(1.0, quarrel) / np.sqrt(total)
     source = np.select([both, has_top, has_side], ["both", "top", "side"], "")
+    if slow_s > 0.0:
+        correction, narrower = _carried(times_s, side, (seen, top_unc), (both, has_side & ~has_top), slow_s)
+        value, unc = value - correction, np.where(narrower > 0.0, narrower, unc)
     return MergedStretch(
         np.where(any_view, value, np.nan),
         np.where(any_view, unc, np.nan),
@@ -68,6 +78,41 @@ def merge_stretch(
         np.where(has_top, seen, np.nan),
         np.where(has_side, side[0], np.nan),
     )
+
+
+def _carried(
+    times: Array,
+    side: tuple[Array, Array],
+    top: tuple[Array, Array],
+    which: tuple[NDArray[np.bool_], NDArray[np.bool_]],
+    slow_s: float,
+) -> tuple[Array, Array]:
+    """What to take off λ of the frames that the side view sees alone, and their uncertainty (0: leave it).
+
+    The slow error in units of the stated uncertainty is a Gaussian process; it is seen in the nearest frames of both
+    views, whose slow errors are taken as one, and is the less certain the further these are. Where the scatter shows
+    more than a quarter of the stated variance nothing is carried: there is little but noise.
+    """
+    both, alone = which
+    correction, narrower = np.zeros(times.shape), np.zeros(times.shape)
+    index = np.flatnonzero(both)
+    ratio = scatter_ratio(times, *side)
+    seen = ratio * (1.0 + 3.0 / np.sqrt(2.0 * max(float(np.isfinite(side[0]).sum()), 1.0)))
+    if index.size < NEAREST or not seen < 0.5:
+        return correction, narrower
+    slow = 1.0 - seen**2
+    apart = (side[0] - top[0]) / side[1]
+    weight = 1.0 / (seen**2 + (top[1] / side[1]) ** 2)
+    for k in np.flatnonzero(alone):
+        near = index[np.argsort(np.abs(times[index] - times[k]), kind="stable")[:NEAREST]]
+        mean = float(np.sum(weight[near] * apart[near]) / np.sum(weight[near]))
+        # the top view's own error is common to its frames: no mean of them is better than one
+        noise = seen**2 / NEAREST + float(np.median((top[1] / side[1])[near] ** 2))
+        known = slow / (slow + noise)
+        close = float(np.exp(-0.5 * ((times[k] - times[near[0]]) / slow_s) ** 2))
+        correction[k] = side[1][k] * close * known * mean
+        narrower[k] = side[1][k] * np.sqrt(1.0 - slow * close**2 * known)
+    return correction, narrower
 
 
 def find_offset(

@@ -6,33 +6,42 @@ rest about which the sphere rings, from three extrema in a row: in the amplitude
 the stored energy, a swing that loses the same share each time is m + A, m − Aρ, m + Aρ², so that
 m = (s₁s₃ − s₂²)/(s₁ + s₃ − 2s₂) (Aitken). The three begin with the valley before the crossing, where the swings are
 small. Averages over a cycle lie too high: by .04 for a free neo-Hookean sphere with peaks of 1.5, more with damping.
+
+A peak's stretch is no better known than what the frames around it have in common: the part of their stated uncertainty
+that their scatter does not show is added in quadrature. It moves neighbouring extrema together and shifts none in time.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.kinematics.outliers import unseen_part
 from wentry_cli.kinematics.smoother import SmoothTrack, smooth_track
 
 Array = NDArray[np.float64]
 FINE = 8  # samples per frame in the search for roots
 SIGNIFICANT = 4.0
+NEAR = 25  # frames around an extremum that tell what they have in common
 NO_TIME = float("nan")
 
 
 @dataclass(frozen=True)
 class Extremum:
-    """A peak or valley: time after impact and stretch, each with its standard uncertainty."""
+    """A peak or valley: time after impact and stretch, each with its standard uncertainty.
+
+    ``common_unc`` is the part of ``stretch_unc`` that the frames around have in common.
+    """
 
     time_s: float
     time_unc_s: float
     stretch: float
     stretch_unc: float
     peak: bool
+    common_unc: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -91,6 +100,7 @@ def find_oscillation(
     if track.status != "ok":
         return Oscillation((), (), None, "too_few")
     extrema = _significant(_extrema(track), minimum_swing)
+    extrema = tuple(_with_common(e, track, spread[after]) for e in extrema)
     periods = _periods(track, extrema)
     return Oscillation(extrema, periods, track, "ok" if periods else "too_few")
 
@@ -144,6 +154,14 @@ def _significant(extrema: tuple[Extremum, ...], minimum_swing: float) -> tuple[E
     while kept and not kept[0].peak:
         del kept[0]
     return tuple(kept)
+
+
+def _with_common(extremum: Extremum, track: SmoothTrack, stated: Array) -> Extremum:
+    """Add what the frames around an extremum do not know together, in quadrature."""
+    times = track.frames.times_s
+    near = np.argsort(np.abs(times - extremum.time_s), kind="stable")[:NEAR]
+    common = unseen_part(track.residual[near], stated[near])
+    return replace(extremum, stretch_unc=float(np.hypot(extremum.stretch_unc, common)), common_unc=common)
 
 
 def _swing(a: Extremum, b: Extremum, minimum_swing: float) -> float:

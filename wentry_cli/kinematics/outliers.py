@@ -71,6 +71,22 @@ def scatter_ratio(times: Array, position: Array, unc: Array) -> float:
     return MAD_TO_SD * float(np.median(np.abs(score))) / (math.sqrt(70.0 / 36.0) * typical)
 
 
+def unseen_part(residual: Array, unc: Array) -> float:
+    """Return the part of the stated uncertainties of a few frames that their scatter about a track does not show.
+
+    Their median, less in quadrature the scatter (clipped at three), taken as large as so few frames allow (three
+    standard deviations of a scatter): what is left is common. 0 where they scatter as stated or nothing is known.
+    """
+    good = np.isfinite(residual) & np.isfinite(unc)
+    if not good.any():
+        return 0.0
+    stated = float(np.median(unc[good]))
+    score = np.minimum(np.abs(residual[good]), 3.0 * unc[good]) / np.maximum(unc[good], 1e-300)
+    ratio = math.sqrt(float(np.mean(score**2)))
+    seen = ratio * (1.0 + 3.0 / math.sqrt(2.0 * float(good.sum())))
+    return stated * math.sqrt(max(1.0 - seen**2, 0.0))
+
+
 def late_suspects(
     passes: tuple[StatePass, ...], times: Array, position: Array, variance: Array, used: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:

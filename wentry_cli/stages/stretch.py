@@ -61,6 +61,10 @@ def _merge(views: dict[str, pd.DataFrame], dome_over: float, drop: Drop) -> pd.D
         if "side" in views:
             top_times = top_times + _refined_offset(times, side, top_times, top)
     merged = merge_stretch(times, side, top_times, top, dome_over_s=dome_over)
+    if np.any(merged.source == "both"):
+        slow = 0.5 * find_oscillation(times, merged.stretch, merged.stretch_unc).free_period_s[0]
+        if np.isfinite(slow):
+            merged = merge_stretch(times, side, top_times, top, dome_over_s=dome_over, slow_s=slow)
     return new_table(
         "stretch",
         {
