@@ -24,10 +24,11 @@ from wentry_cli.tables import read_table
 
 MATERIAL = {"g_inf_pa": 6900.0, "g_t_pa": 6900.0, "n": -0.1902, "eps0_dot_1_s": 0.021}
 FORMATS = {
-    "mraw 12 bit packed": ("mraw", 12),
-    "mraw 8 bit": ("mraw", 8),
-    "tiff 16 bit": ("tiff", 16),
-    "png 8 bit": ("png", 8),
+    "mraw 12 bit packed, R 60 px": ("mraw", 12, 60.0),
+    "mraw 12 bit packed, R 102 px": ("mraw", 12, 102.0),
+    "mraw 8 bit, R 60 px": ("mraw", 8, 60.0),
+    "tiff 16 bit, R 60 px": ("tiff", 16, 60.0),
+    "png 8 bit, R 60 px": ("png", 8, 60.0),
 }
 LEVELS = ("accurate", "fast")
 PROCESS = (ingest, track, cavity, stretch, kinematics)
@@ -40,15 +41,16 @@ def run(quick: bool, seed: int) -> list[BenchRow]:
     chosen = dict(list(FORMATS.items())[:1]) if quick else FORMATS
     rows: list[BenchRow] = []
     with tempfile.TemporaryDirectory() as name:
-        for case, (kind, bits) in chosen.items():
-            folder = Path(name) / f"{kind}{bits}"
-            render_drop(bench_scene(kind, bits, seed, quick), folder)
+        for case, (kind, bits, radius_px) in chosen.items():
+            folder = Path(name) / f"{kind}{bits}_{radius_px:.0f}"
+            render_drop(bench_scene(kind, bits, seed, quick, radius_px), folder)
             rows += _measure(case, folder)
     return rows
 
 
-def bench_scene(kind: str, bits: int, seed: int, quick: bool) -> Scene:
-    """A soft drop of 0.1 s filmed from the side, 1024 x 1024 pixels, R = 102 px."""
+def bench_scene(kind: str, bits: int, seed: int, quick: bool, radius_px: float = 60.0) -> Scene:
+    """A soft drop filmed from the side for .25 s, or as long as it stays within the 1024 x 1024 pixels."""
+    scale = radius_px / 0.0255
     return Scene.model_validate(
         {
             "name": "bench",
@@ -58,12 +60,16 @@ def bench_scene(kind: str, bits: int, seed: int, quick: bool) -> Scene:
             "side": {
                 "width": 1024,
                 "height": 1024,
-                "scale_px_per_m": 4000,
-                "surface_y_px": 420.3,
+                "scale_px_per_m": scale,
+                "surface_y_px": 180.3 + 2.4 * radius_px,
                 "format": kind,
                 "bits": bits,
             },
-            "clip": {"before_s": 0.008, "longest_s": 0.04 if quick else 0.1},
+            "clip": {
+                "before_s": 0.008,
+                "after_pinch_off_s": 1.0,
+                "longest_s": 0.04 if quick else min(0.25, 15.0 / radius_px),
+            },
         }
     )
 
