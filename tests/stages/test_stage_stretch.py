@@ -47,6 +47,16 @@ def test_both_views_become_one(tmp_path: Path) -> None:
     assert np.isnan(periods["t_end_s"].iloc[-1])
 
 
+def test_a_period_is_ok_only_where_all_of_it_is_known(tmp_path: Path) -> None:
+    for frames in (300, 170, 163, 155, 140):
+        write_views(tmp_path, motion(n=frames))
+        stretch.run(tmp_path, make_drop())
+        periods = read_table(tmp_path, "periods")
+        whole = periods.drop(columns=["status"]).notna().all(axis=1)
+        assert list(periods["status"] == "ok") == list(whole)
+        assert periods["status"].iloc[-1] == "clip_ended"
+
+
 def test_the_clocks_are_brought_together(tmp_path: Path) -> None:
     known = motion()
     write_views(tmp_path, known)

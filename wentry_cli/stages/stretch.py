@@ -94,7 +94,9 @@ def _periods_table(found: Oscillation) -> pd.DataFrame:
 
 
 def _row(period: Period) -> dict[str, float | int | str]:
+    """A row of ``periods.csv``; ok only where all of it is filled: the last peak of a clip has none after it."""
     valley = period.valley or Extremum(np.nan, np.nan, np.nan, np.nan, False)
+    whole = bool(np.isfinite([period.peak_to_peak_s, period.end_s, valley.stretch]).all())
     return {
         "period": period.number,
         "t_start_s": period.start_s,
@@ -107,5 +109,5 @@ def _row(period: Period) -> dict[str, float | int | str]:
         "stretch_peak": period.peak.stretch,
         "stretch_peak_unc": period.peak.stretch_unc,
         "stretch_valley": valley.stretch,
-        "status": period.status,
+        "status": period.status if whole or period.status != "ok" else "clip_ended",
     }

@@ -201,6 +201,8 @@ def _status(folder: Path, drop: Drop, row: Row, pinch_off: Row) -> str:
     if drop.experiment.kind == "water_entry" and drop.experiment.views.side is not None:
         reasons.append((row["t_p_s"], text(pinch_off, "status") or "no_neck"))
         reasons.append((row["impact_speed_m_s"], "no_object"))
+        if row["seal_type"] is not None and row["seal_type"] != "sphere_seal":
+            reasons.append((row["diameter_eff_m"], "not_identified"))
         if drop.experiment.deformable:
             reasons.append((row["delta_u_over_u0"], text(first_row(folder, "periods"), "status") or "too_few"))
     if drop.experiment.deformable:
