@@ -19,6 +19,8 @@ CLEAR_GROUND = 0.85
 TOUCHES_PX, CLEAR_PX = 3.0, 6.0
 MOST_TOUCHED = 0.55
 MOST_PULLED = 0.7
+# A ring that touches more of the outline than was left out of the fit has been taken for the sphere.
+MOST_UNNOTICED = 0.15
 # Measured: a ring 3 to 6 px off moves the radius by 0.02 px times its share of the outline beyond a fifth.
 FREE_SHARE, PULL_PX = 0.2, 0.02
 SUSPICIOUS = 0.05
@@ -53,6 +55,8 @@ def _judge(frames: Frames, ground: Background, item: Sighting, usual: float) -> 
     touched = ring_share(patch, fit, TOUCHES_PX)
     pulled = max(0.0, ring_share(patch, fit, CLEAR_PX) - touched)
     crowded = not item.ok
+    if touched > fit.gated_fraction + MOST_UNNOTICED:
+        return Sighting(item.frame, "occluded")
     if touched > MOST_TOUCHED or pulled > MOST_PULLED or (crowded and fit.residual_rms_px > NEAR_STRAY * usual):
         return Sighting(item.frame, "occluded")
     pull = PULL_PX * max(0.0, pulled - FREE_SHARE)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,7 +21,9 @@ from wentry_cli.tracking.splash_ring import judge_rings
 from wentry_cli.tracking.top_depth import Height, TopCamera
 
 HIDDEN_AFTER = 10
-SEARCH_STEP = 2
+# The softest spheres widen by 3 % of their radius a frame.
+FASTEST_GROWTH = 0.06
+SEARCH_STEP = 1
 SMALLEST_AGAIN, LARGEST_AGAIN, ALIKE_AGAIN, BRIGHT_AGAIN = 0.6, 2.4, 0.08, 0.7
 
 
@@ -37,12 +40,25 @@ def track_top(
     seen: list[Sighting] = []
     path: Path | None = replace(seed)
     while path is not None:
-        seen += follow(frames, ground, path, range(start, frames.count), plan, Watch(patience=HIDDEN_AFTER))
+        watch = Watch(accept=_steady_growth(path), patience=HIDDEN_AFTER)
+        seen += follow(frames, ground, path, range(start, frames.count), plan, watch)
         path, start = find_again(frames, ground, path, seen[-1].frame + 1)
         seen += [Sighting(index, "occluded") for index in range(seen[-1].frame + 1, start)]
     backward = seed.turned()
     before = follow(frames, ground, backward, range(seed.frames[0] - 1, -1, -1), plan)
     return _hidden_at_the_end(judge_rings(frames, ground, [*reversed(before), *seen]))
+
+
+def _steady_growth(path: Path) -> Callable[[Sighting], bool]:
+    """Whether a circle is as large as the sphere can have become: not the outer or inner edge of the ring."""
+
+    def accept(sighting: Sighting) -> bool:
+        assert sighting.fit is not None
+        last = path.shapes[-1].semi_across
+        allowed = FASTEST_GROWTH * path.radius * (1 + abs(sighting.frame - path.frames[-1]))
+        return abs(sighting.fit.radius_px - last) < allowed
+
+    return accept
 
 
 def find_again(frames: Frames, ground: Background, path: Path, index: int) -> tuple[Path | None, int]:
@@ -55,8 +71,7 @@ def find_again(frames: Frames, ground: Background, path: Path, index: int) -> tu
         first, second = (_inner_disc(frames, ground, frame, last, path.radius) for frame in (at, at + 1))
         if abs(second - first) < ALIKE_AGAIN * first:
             again = Path(path.radius)
-            for frame, radius in ((at, first), (at + 1, second)):
-                again.add(frame, EllipseShape(last.x, last.y, path.radius, radius / path.radius))
+            again.add(at, EllipseShape(last.x, last.y, path.radius, first / path.radius))
             return again, at
     return None, index
 

@@ -1,0 +1,69 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from tests.tracking.clips import SHAPE, clip, ground_of
+from wentry_cli.synthetic.still import StillBody
+from wentry_cli.tracking.seed import find_seed
+from wentry_cli.tracking.source import FrameArray
+from wentry_cli.tracking.splash_ring import judge_rings
+from wentry_cli.tracking.top import track_top
+
+CENTRE, RADIUS = (80, 100), 30.0
+
+
+def ringed(inner: dict[int, float], aside: int = 0) -> tuple[FrameArray, np.ndarray]:
+    """A still disc; in the frames named a dark ring of that inner radius stands round it, shifted aside."""
+    frames = clip(lambda k: StillBody(float(CENTRE[0]), float(CENTRE[1]), RADIUS), 40)
+    values = np.stack([frames.read(k) for k in range(40)])
+    for frame, radius in inner.items():
+        rows, columns = np.indices(SHAPE)
+        away = np.hypot(columns - CENTRE[0] - aside, rows - CENTRE[1])
+        cover = np.clip(away - radius + 0.5, 0, 1) * np.clip(radius + 14 - away + 0.5, 0, 1)
+        cover = cv2.GaussianBlur(cover, (0, 0), 1.0)
+        values[frame] = np.clip(values[frame] * (1 - cover) + 60 * cover, 0, 255).astype(np.uint8)
+    return FrameArray(values), values
+
+
+def test_a_ring_that_hides_the_edge_is_said_so_and_the_sphere_is_found_again() -> None:
+    hidden = set(range(12, 27))
+    _, values = ringed({})
+    for k in hidden:
+        values[k] = np.clip(60 + 3 * np.random.default_rng(k).normal(size=SHAPE), 0, 255)
+    frames = FrameArray(values)
+    ground = ground_of(frames)
+    seed = find_seed(frames, ground, range(0, 10, 2))
+    assert seed is not None
+    seen = track_top(frames, ground, seed)
+    assert [item.frame for item in seen] == list(range(40))
+    good = {item.frame: item.fit.radius_px for item in seen if item.ok and item.fit is not None}
+    assert {*range(12), *range(27, 40)} <= set(good)
+    assert max(abs(good[k] - RADIUS) for k in (*range(12), *range(27, 40))) < 0.03
+    assert not set(good) & hidden
+
+
+def test_a_near_ring_widens_the_uncertainty_and_a_far_one_does_not() -> None:
+    frames, _ = ringed({20: 35.5, 24: 42.0}, aside=0)
+    ground = ground_of(frames)
+    seed = find_seed(frames, ground, range(0, 10, 2))
+    assert seed is not None
+    unc = {item.frame: item.fit.radius_unc_px for item in track_top(frames, ground, seed) if item.ok and item.fit}
+    assert unc[24] < 1.5 * unc[10]
+    assert 20 not in unc or unc[20] > 2.0 * unc[10]
+
+
+def test_a_circle_that_does_not_agree_with_itself_is_occluded() -> None:
+    frames, _ = ringed({})
+    ground = ground_of(frames)
+    seed = find_seed(frames, ground, range(0, 10, 2))
+    assert seed is not None
+    seen = track_top(frames, ground, seed)
+    fit = seen[5].fit
+    assert fit is not None
+    seen[5] = replace(seen[5], fit=replace(fit, residual_rms_px=10 * fit.residual_rms_px))
+    judged = judge_rings(frames, ground, seen)
+    assert judged[5].status == "occluded"
+    assert all(item.ok for item in judged if item.frame != 5)
