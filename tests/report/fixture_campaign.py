@@ -245,7 +245,8 @@ def _flight(made: Made) -> dict[str, dict[str, object]]:
             "status": "ok"}  # fmt: skip
     side = {"frame": np.arange(15), "t_s": t, "center_x_px": 190.0, "center_y_px": 110 + 2.647 * np.arange(15),
             "radius_px": 63.2, "stretch": 1.0, "status": "ok"}  # fmt: skip
-    return {"kinematics": path, "side": side, "summary": _summary(made)}
+    geometry = {"view": ["side"], "fps": 30000.0, "scale_px_per_m": 50000.0, "scale_px_per_m_unc": 250.0}
+    return {"kinematics": path, "side": side, "geometry": geometry, "summary": _summary(made)}
 
 
 def _summary(made: Made) -> dict[str, object]:

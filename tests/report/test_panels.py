@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from fixture_campaign import CAMPAIGN, Made, write_campaign
 from matplotlib.figure import Figure
@@ -14,11 +16,15 @@ from matplotlib.lines import Line2D
 from wentry_cli.report.campaign import Campaign, read_campaign
 from wentry_cli.report.curves import conditions, mean_and_spread, mean_curve
 from wentry_cli.report.drawing import draw_panel, styled
+from wentry_cli.report.flight_motion import flight_velocity
 from wentry_cli.report.names import file_stem
 from wentry_cli.report.numbers import or_reason, with_uncertainty
+from wentry_cli.report.page import page_title
 from wentry_cli.report.panel import NotDrawn, Panel, merged
 from wentry_cli.report.panels import campaign_panels, drop_panels
+from wentry_cli.report.pinch_off_panels import _numbers
 from wentry_cli.report.style import plain, stiffness_shade
+from wentry_cli.report.tabulation import drop_table
 from wentry_cli.report.theory import added_mass_prefactor, published_pinch_off_band, ring_model_pinch_off
 from wentry_cli.report.velocity_panels import speed_groups
 from wentry_cli.report.words import MEANINGS
@@ -161,6 +167,46 @@ def test_sphere_seal_has_no_effective_diameter(panels: list[Panel]) -> None:
     keys = {panel.key: panel.data for panel in panels}
     assert "sphere_seal" in set(keys["6a"]["seal_type"].dropna())
     assert "sphere_seal" not in set(keys["6b"]["seal_type"].dropna())
+
+
+def test_the_uncertainty_of_a_peak_is_in_the_bars_of_the_effective_diameter(campaign: Campaign) -> None:
+    drop = next(d for d in campaign.drops if d.deformable_entry and math.isfinite(d.number("tp_u0_over_deff")))
+    periods = drop.table("periods")
+    numbers = []
+    for relative in (0.0, 0.05):
+        doubtful = periods.assign(stretch_peak_unc=relative * pd.to_numeric(periods["stretch_peak"]))
+        changed = replace(drop, tables={**drop.tables, "periods": doubtful})
+        numbers.append(_numbers("froude_eff", "tp_u0_over_deff")(changed))
+    sure, doubt = numbers
+    for name, power in (("froude_eff", 0.5), ("tp_u0_over_deff", 1.0)):
+        added = power * 0.05 * sure[name]
+        assert doubt[f"{name}_unc"] == pytest.approx(math.hypot(sure[f"{name}_unc"], added))
+
+
+def test_the_speed_of_a_free_flight_names_the_scale(campaign: Campaign, panels: list[Panel]) -> None:
+    (ball,) = campaign.of("free_flight")
+    speed = flight_velocity(ball)
+    assert speed.scale == pytest.approx(0.005 * abs(speed.value))
+    assert speed.unc == pytest.approx(math.hypot(0.01, speed.scale))
+    (panel,) = (p for p in panels if p.key == "free flight")
+    assert f"{with_uncertainty(speed.value, speed.unc)} m/s (random 0.01, scale 0.0079)" in panel.caption
+    table = drop_table(campaign)
+    row = next(row for row in table.rows if row[0] == "ball")
+    assert row[table.header.index("v (m/s)")] == with_uncertainty(speed.value, speed.unc)
+
+
+@pytest.mark.parametrize(
+    ("places", "title"),
+    [
+        ((8,), "Free flight"),
+        ((0,), "Water entry of rigid spheres"),
+        ((0, 1), "Water entry of deformable spheres"),
+        ((1, 6, 8), "Water entry of deformable spheres, impact on a rigid surface and free flight"),
+    ],
+)
+def test_the_title_names_what_was_filmed(tmp_path: Path, places: tuple[int, ...], title: str) -> None:
+    drops = tuple(CAMPAIGN[i] for i in places)
+    assert page_title(read_campaign(tmp_path, write_campaign(tmp_path, drops))) == title
 
 
 def test_ring_model_tends_to_its_closed_form() -> None:

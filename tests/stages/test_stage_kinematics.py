@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from drop_fixtures import FPS, SCALE, D, R, make_drop, motion, write_events, write_views
 
-from wentry_cli.stages import kinematics, stretch
+from wentry_cli.stages import kinematics, stretch, summary
 from wentry_cli.tables import new_table, read_table, write_table
 
 
@@ -133,6 +133,38 @@ def test_a_free_flight_has_one_acceleration_without_a_prior(tmp_path: Path) -> N
     least = 0.01 / SCALE * np.sqrt(720 / 15) / (14 / 30000) ** 2
     assert 0.6 * least < unc < 2.0 * least
     assert set(table["status"]) == {"ok"}
+
+
+def test_the_lowest_point_of_a_free_flight_is_that_of_its_view(tmp_path: Path) -> None:
+    free_flight(tmp_path)
+    drop = make_drop(kind="free_flight", sphere={"diameter_m": 0.03}, material="rigid")
+    side = read_table(tmp_path, "side")
+    side["y_b_m"] = (100.0 - side["center_y_px"] - 60.2) / SCALE
+    side["y_b_m_unc"] = 3e-6
+    side.loc[4, "y_b_m"] = np.nan
+    write_table(tmp_path, "side", side)
+    kinematics.run(tmp_path, drop)
+    table = read_table(tmp_path, "kinematics")
+    known = np.arange(15) != 4
+    assert np.allclose(table["y_b_m"][known], read_table(tmp_path, "side")["y_b_m"][known], rtol=0, atol=1e-12)
+    assert set(table["y_b_m_unc"][known]) == {3e-6}
+    assert table["y_b_m"][4] == pytest.approx(table["y_c_m"][4] - 0.015)
+
+
+def test_the_scale_is_in_the_uncertainty_of_a_free_fall(tmp_path: Path) -> None:
+    free_flight(tmp_path)
+    drop = make_drop(kind="free_flight", sphere={"diameter_m": 0.03}, material="rigid")
+    kinematics.run(tmp_path, drop)
+    found = []
+    for relative in (0.0, 5.0):
+        geometry = read_table(tmp_path, "geometry")
+        geometry["scale_px_per_m_unc"] = relative * SCALE
+        write_table(tmp_path, "geometry", geometry)
+        summary.run(tmp_path, drop)
+        found.append(read_table(tmp_path, "summary").iloc[0])
+    random, both = (row["acceleration_m_s2_unc"] for row in found)
+    assert random == pytest.approx(read_table(tmp_path, "kinematics")["a_c_m_s2_unc"][0])
+    assert both == pytest.approx(np.hypot(random, 5.0 * found[0]["acceleration_m_s2"]))
 
 
 def test_nothing_that_was_tracked(tmp_path: Path) -> None:

@@ -10,8 +10,8 @@ from matplotlib.figure import FigureBase
 
 from wentry_cli.report.campaign import Campaign, DropResults
 from wentry_cli.report.curves import measured
+from wentry_cli.report.flight_motion import flight_acceleration, flight_velocity
 from wentry_cli.report.names import file_stem
-from wentry_cli.report.numbers import with_uncertainty
 from wentry_cli.report.panel import NotDrawn, Panel
 from wentry_cli.report.style import BLUE, GREY, VERMILION
 
@@ -41,16 +41,12 @@ def _flight(drop: DropResults) -> Panel | NotDrawn:
             "y_unc_um": 1e6 * path["y_c_m_unc"],
         }
     )  # fmt: skip
-    middle = measured(drop.table("kinematics"), ["t_s", "v_c_m_s", "v_c_m_s_unc"])
-    value, unc = drop.number("acceleration_m_s2"), drop.number("acceleration_m_s2_unc")
     caption = (
         f"Centre of the sphere in drop {drop.name}, t = 0 at the first frame; least-squares line and parabola, and the "
-        f"residuals with the standard uncertainty of the height. Acceleration from kinematics: {value:.2f} ± "
-        f"{unc:.2f} m/s²."
+        "residuals with the standard uncertainty of the height. Velocity in the middle of the clip: "
+        f"{flight_velocity(drop).in_words('m/s')}. Acceleration: {flight_acceleration(drop).in_words('m/s²')}. The "
+        "uncertainty of the scale is common to all frames."
     )
-    if len(middle):
-        row = middle.iloc[len(middle) // 2]
-        caption += f" Velocity in the middle of the clip: {with_uncertainty(row['v_c_m_s'], row['v_c_m_s_unc'])} m/s."
     stem = f"free_flight_{file_stem(drop.name)}"
     return Panel("free flight", stem, title, caption, data, partial(_draw_flight, data=data), SIZE, drop.name)
 

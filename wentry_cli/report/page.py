@@ -44,6 +44,7 @@ def write_page(content: Content) -> str:
     template = environment.from_string(files("wentry_cli.report").joinpath("page.html.j2").read_text(encoding="utf-8"))
     campaign = content.campaign
     html: str = template.render(
+        title=page_title(campaign),
         headline=headline(campaign),
         figures=[_shown(drawn) for drawn in content.figures],
         drops=[
@@ -67,6 +68,22 @@ def write_page(content: Content) -> str:
         inputs=tabulation.input_table(campaign),
     )
     return html
+
+
+def page_title(campaign: Campaign) -> str:
+    """Name what was filmed: ``Water entry of deformable spheres and free flight``."""
+    entries, parts = campaign.of("water_entry"), []
+    if entries:
+        soft = not all(drop.rigid for drop in entries)
+        parts.append(f"water entry of {'deformable' if soft else 'rigid'} spheres")
+    if campaign.of("surface_impact"):
+        parts.append("impact on a rigid surface")
+    if campaign.of("free_flight"):
+        parts.append("free flight")
+    text = (
+        ", ".join(parts[:-1]) + (" and " if len(parts) > 1 else "") + parts[-1] if parts else "measurement of spheres"
+    )
+    return text[0].upper() + text[1:]
 
 
 def headline(campaign: Campaign) -> str:

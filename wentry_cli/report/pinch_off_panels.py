@@ -12,7 +12,7 @@ from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from wentry_cli.report.campaign import Campaign, DropResults
+from wentry_cli.report.campaign import Campaign, DropResults, as_number
 from wentry_cli.report.curves import grouped_points
 from wentry_cli.report.fits import fit_rows, slope_text
 from wentry_cli.report.legends import draw_points, size_handles, stiffness_handles
@@ -106,20 +106,33 @@ def _points(campaign: Campaign, x: str, y: str) -> pd.DataFrame:
 
 
 def _numbers(x: str, y: str) -> Callable[[DropResults], dict[str, float]]:
-    """Both numbers of a drop with uncertainties carried from t_p and U₀."""
+    """Both numbers of a drop with uncertainties carried from t_p, U₀ and, with D_eff, λ_pN."""
 
     def numbers(drop: DropResults) -> dict[str, float]:
         speed = drop.number("impact_speed_m_s_unc") / drop.number("impact_speed_m_s")
         time = drop.number("t_p_s_unc") / drop.number("t_p_s")
+        sizes = [_peak_relative(drop) if "eff" in name else 0.0 for name in (x, y)]
         x_value, y_value = drop.number(x), drop.number(y)
         return {
             x: x_value,
-            f"{x}_unc": abs(x_value * speed),
+            f"{x}_unc": abs(x_value) * math.hypot(speed, 0.5 * sizes[0]),
             y: y_value,
-            f"{y}_unc": abs(y_value) * math.hypot(speed, time),
+            f"{y}_unc": abs(y_value) * math.hypot(speed, time, sizes[1]),
         }
 
     return numbers
+
+
+def _peak_relative(drop: DropResults) -> float:
+    """Relative uncertainty of λ_pN of the cavity that closes, thus of D_eff; 0 where D_eff is D or nothing is known."""
+    periods, cavity = drop.table("periods"), drop.number("pinch_off_cavity")
+    if periods.empty or not math.isfinite(cavity):
+        return 0.0
+    row = periods[pd.to_numeric(periods["period"]) == cavity]
+    if row.empty:
+        return 0.0
+    relative = as_number(row["stretch_peak_unc"].iloc[0]) / as_number(row["stretch_peak"].iloc[0])
+    return relative if math.isfinite(relative) else 0.0
 
 
 def _handles(points: pd.DataFrame) -> list[Line2D | Patch]:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from wentry_cli.report import tabulation
 from wentry_cli.report.campaign import as_text
 from wentry_cli.report.numbers import DASH
-from wentry_cli.report.page import UNCERTAINTIES, Content, headline
+from wentry_cli.report.page import UNCERTAINTIES, Content, headline, page_title
 from wentry_cli.report.style import plain
 from wentry_cli.report.tabulation import TextTable
 
@@ -54,7 +54,7 @@ def text_pages(content: Content) -> Iterator[Figure]:
 
 def _lines(content: Content) -> Iterator[Line]:
     campaign = content.campaign
-    yield _text("Water entry of deformable spheres", 17.0, bold=True)
+    yield _text(page_title(campaign), 17.0, bold=True)
     version = as_text(campaign.run.get("version"))
     yield _text(f"wentry {version} report, {headline(campaign)}".replace("  ", " "), 9.0)
     for title, table in (

@@ -9,6 +9,7 @@ import pandas as pd
 
 from wentry_cli.provenance import digest_of
 from wentry_cli.report.campaign import Campaign, DropResults, as_number, as_text
+from wentry_cli.report.flight_motion import flight_velocity
 from wentry_cli.report.numbers import DASH, or_reason, with_uncertainty
 
 
@@ -37,6 +38,13 @@ def _frames(drop: DropResults) -> str:
     return " / ".join(with_uncertainty(count) for count in counts)
 
 
+def _flight_speed(drop: DropResults) -> str:
+    if drop.kind != "free_flight":
+        return DASH
+    found = flight_velocity(drop)
+    return or_reason(with_uncertainty(found.value, found.unc), drop.text("status"))
+
+
 Columns = dict[str, Callable[[DropResults], str]]
 
 DROP_COLUMNS: Columns = {
@@ -49,6 +57,7 @@ DROP_COLUMNS: Columns = {
     "G∞/ρ_wU₀²": _cell("stiffness_ratio", digits=3),
     "T (ms)": _cell("period_s", 1e3),
     "λ_p1": _cell("stretch_peak_1"),
+    "v (m/s)": _flight_speed,
     "a (m/s²)": _cell("acceleration_m_s2"),
     "frames": _frames,
     "status": lambda drop: drop.text("status") or "no summary",

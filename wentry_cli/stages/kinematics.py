@@ -58,10 +58,10 @@ def _free_flight(folder: Path, drop: Drop) -> dict[str, Any] | None:
     states, covariance = fit.evaluate(times)
     seen = np.isfinite(y)
     spread = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
-    radius = drop.experiment.sphere.radius_m
     own = y_unc * fit.noise_scale
+    bottom, bottom_unc = _flight_bottom(view, y - drop.experiment.sphere.radius_m, own)
     columns: dict[str, Any] = {"frame": view["frame"].to_numpy(), "t_s": times, "x_c_m": x}
-    columns |= {"y_b_m": y - radius, "y_b_m_unc": own, "y_c_m": y, "y_c_m_unc": own}
+    columns |= {"y_b_m": bottom, "y_b_m_unc": bottom_unc, "y_c_m": y, "y_c_m_unc": own}
     for i, names in ((1, ("v_b_m_s", "v_c_m_s")), (2, ("a_c_m_s2",))):
         for name in names:
             columns[name] = np.where(seen, states[:, i], np.nan)
@@ -71,6 +71,15 @@ def _free_flight(folder: Path, drop: Drop) -> dict[str, Any] | None:
     words[seen & ~fit.used & (words == "ok") & (fit.status == "ok")] = "poor_fit"
     columns["status"] = words
     return columns
+
+
+def _flight_bottom(view: pd.DataFrame, below: Array, unc: Array) -> tuple[Array, Array]:
+    """The lowest point as the view has it, or where it has none a radius ``below`` the centre."""
+    if "y_b_m" not in view:
+        return below, unc
+    seen, seen_unc = column(view, "y_b_m"), column(view, "y_b_m_unc")
+    known = np.isfinite(seen) & np.isfinite(seen_unc) & np.isfinite(below)
+    return np.where(known, seen, below), np.where(known, seen_unc, unc)
 
 
 def _centre_unc(view: pd.DataFrame, geometry: dict[str, Any]) -> Array:

@@ -33,7 +33,7 @@ def run(folder: Path, drop: Drop) -> None:
     pinch_off = first_row(folder, "events", event="pinch_off")
     row = _description(drop) | _counts(folder, drop) | _speed_columns(drop, speeds)
     if experiment.kind == "free_flight":
-        row |= _flight(folder)
+        row |= _flight(folder, drop)
     if experiment.deformable:
         row |= _oscillation(folder)
     if experiment.kind == "water_entry":
@@ -112,8 +112,8 @@ def _speed_columns(drop: Drop, speeds: Speeds) -> Row:
     }
 
 
-def _flight(folder: Path) -> Row:
-    """The constant acceleration of a free flight."""
+def _flight(folder: Path, drop: Drop) -> Row:
+    """The constant acceleration of a free flight; the scale's uncertainty is in its own."""
     if not has_table(folder, "kinematics"):
         return {}
     table = read_table(folder, "kinematics")
@@ -121,10 +121,10 @@ def _flight(folder: Path) -> Row:
     if known.empty:
         return {}
     first = {str(k): v for k, v in known.iloc[0].items()}
-    return {name: number(first, name.replace("acceleration", "a_c")) for name in FLIGHT_COLUMNS}
-
-
-FLIGHT_COLUMNS = ("acceleration_m_s2", "acceleration_m_s2_unc")
+    value, random = number(first, "a_c_m_s2"), number(first, "a_c_m_s2_unc")
+    geometry = first_row(folder, "geometry", view=drop.experiment.sides[0])
+    scale = number(geometry, "scale_px_per_m_unc", 0.0) / number(geometry, "scale_px_per_m", math.inf)
+    return {"acceleration_m_s2": value, "acceleration_m_s2_unc": math.hypot(random, value * scale)}
 
 
 def _oscillation(folder: Path) -> Row:
