@@ -73,8 +73,15 @@ def measure_top(drop: Drop, clip: Clip, ground: Background, sampled: list[int], 
         stretch_unc = np.hypot(stretch_unc, side.shape_offset)
     columns: dict[str, Any] = {"frame": np.arange(clip.count), "t_s": clip.time_s - entry.impact_s[0]}
     columns |= {name: fits[name] for name in TOP_COLUMNS}
-    columns |= {"stretch": stretch, "stretch_unc": stretch_unc, "status": frame_status(clip.count, sightings)}
+    status = frame_status(clip.count, sightings)
+    filled = np.isfinite(stretch) & np.isfinite(columns["t_s"])
+    status = [
+        "not_identified" if word == "ok" and not full else word for word, full in zip(status, filled, strict=True)
+    ]
+    columns |= {"stretch": stretch, "stretch_unc": stretch_unc, "status": status}
     problem = "" if seed is not None else "no sphere was found: check source, roi_px and polarity of views.top"
+    if not problem and not math.isfinite(entry.impact_s[0]):
+        problem = "the moment of impact is not seen from above: film the side too, or take a clip that holds the impact"
     return TopResult(columns, entry.scale, entry.scale.px_m * radius_m, entry.impact_s, problem)
 
 
