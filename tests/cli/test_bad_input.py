@@ -56,6 +56,14 @@ def test_frames_of_different_sizes(wentry: Command, video: Path, tmp_path: Path)
     assert not list((tmp_path / "r").rglob("*.csv"))
 
 
+def test_results_among_the_frames_are_refused(wentry: Command, video: Path) -> None:
+    before = sorted((video / "side").iterdir())
+    done = wentry("process", video, "-o", video / "side" / "results")
+    assert done.code == 4
+    assert "lies among the frames" in done.err
+    assert [path for path in sorted((video / "side").iterdir()) if path.suffix == ".png"] == before
+
+
 def test_a_gap_is_a_row(wentry: Command, video: Path, tmp_path: Path) -> None:
     _frames(video)[40].unlink()
     done = wentry("process", video, "-o", tmp_path / "r")

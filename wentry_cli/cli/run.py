@@ -19,15 +19,16 @@ from wentry_cli.cli import options as opt
     opt.force("process", "fit"),
     opt.settings,
     opt.only,
+    opt.as_json,
     opt.quiet,
     opt.verbose,
 )
 def command(
     video_dir: Path, results: Path, jobs: int, cluster: str | None, dry_run: bool, force: str | None,
-    settings: tuple[str, ...], only: tuple[str, ...], quiet: bool, verbose: bool,
+    settings: tuple[str, ...], only: tuple[str, ...], as_json: bool, quiet: bool, verbose: bool,
 ) -> None:  # fmt: skip
     """Process VIDEO_DIR into RESULTS, fit and report. Drops that fail do not stop the others."""
-    from wentry_cli.cli.console import reporting, show_plan
+    from wentry_cli.cli.console import reporting, show_json, show_plan
     from wentry_cli.runner import commands
     from wentry_cli.runner.campaign import Hands
     from wentry_cli.runner.plan import Choice
@@ -36,7 +37,7 @@ def command(
     campaign = commands.read_campaign(video_dir, settings, only)
     choice = Choice(force)
     if dry_run:
-        show_plan(commands.plans(campaign, results, ("process", "fit"), choice), as_json=False)
+        show_plan(commands.plans(campaign, results, ("process", "fit"), choice), as_json=as_json)
         for failure in campaign.failures:
             click.echo(failure.sentence, err=True)
         commands.raise_failures(campaign)
@@ -47,8 +48,10 @@ def command(
             commands.process(campaign, results, choice, Hands(jobs, cluster), report)
             campaign.drops = [drop.with_calibration(results) for drop in campaign.drops]
             commands.fit(campaign, results, choice, Hands(jobs, cluster), report)
-        commands.finish(campaign, results, "run")
+        record = commands.finish(campaign, results, "run")
         report_stage.run(results, commands.processed(results).drops)
+    if as_json:
+        show_json(record)
     commands.raise_failures(campaign)
-    if not quiet:
+    if not quiet and not as_json:
         click.echo(f"{opt.counted(len(campaign.drops), 'drop')} done; open {results / 'report.html'}", err=True)

@@ -83,7 +83,17 @@ def _selected(names: list[str], only: tuple[str, ...], where: Path) -> list[str]
 
 def process(campaign: Campaign, results: Path, choice: Choice, hands: Hands, report: Report) -> None:
     """Run the measuring stages; failures are added to ``campaign``."""
+    _keep_raw_data(campaign, results)
     _run(campaign, results, "process", choice, hands, report)
+
+
+def _keep_raw_data(campaign: Campaign, results: Path) -> None:
+    """Nothing is ever written beside the frames of a recording."""
+    for drop in campaign.drops:
+        for view in drop.experiment.sides:
+            source = drop.source_path(view).resolve()
+            if source.is_dir() and results.resolve().is_relative_to(source):
+                raise InputError(f"{results}: lies among the frames of {source}; choose another folder with -o")
 
 
 def fit(campaign: Campaign, results: Path, choice: Choice, hands: Hands, report: Report) -> None:
