@@ -118,6 +118,7 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     scales = find_scales(drop, track.radius_air, track.radius_water, ground)
     impact = entry_impact(drop, clip, track.sightings, (surface, scales.air))
     columns = _in_metres(drop, clip, track.sightings, (scales, surface), track.check)
+    _state_radius(columns, track.radius_air, track.radius_water)
     problem = "" if impact.status == "ok" else _why_no_impact(impact)
     columns["t_s"] = clip.time_s - impact.time_s
     return SideResult(columns, scales, surface, track.radius_air, impact, problem, track.check.stretch_offset)
@@ -142,6 +143,7 @@ def _measure_plate(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     before = [item for item in flying if item.frame < _first_contact(track.sightings, plate.y_px)]
     impact = entry_impact(drop, clip, before, (plate, scales.air))
     columns = _in_metres(drop, clip, track.sightings, (scales, plate))
+    _state_radius(columns, track.radius, NO_RADIUS)
     columns["t_s"] = clip.time_s - impact.time_s
     problem = "" if impact.status == "ok" else _why_no_impact(impact).replace("surface", "plate")
     return SideResult(columns, scales, plate, track.radius, impact, problem)
@@ -167,6 +169,13 @@ def _measure_flight(drop: Drop, clip: Clip, ground: Background, seed: Path) -> S
     columns = _in_metres(drop, clip, sightings, (scales, zero))
     columns["t_s"] = clip.time_s - clip.time_s[0]
     return SideResult(columns, scales, zero, radius, NO_IMPACT)
+
+
+def _state_radius(columns: dict[str, Any], air: PooledRadius, water: PooledRadius) -> None:
+    """Where the radius was held in the fit, its uncertainty is that of the pooled radius it was held at."""
+    held = np.isnan(columns["radius_px_unc"]) & np.isfinite(columns["radius_px"])
+    wet = np.abs(columns["radius_px"] - water.value) < np.abs(columns["radius_px"] - air.value)
+    columns["radius_px_unc"] = np.where(held, np.where(wet, water.unc, air.unc), columns["radius_px_unc"])
 
 
 def _in_metres(
