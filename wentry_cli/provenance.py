@@ -40,7 +40,8 @@ def environment() -> dict[str, str]:
     """Versions of wentry, Python, the system and the libraries whose numbers reach the tables."""
     from importlib.metadata import PackageNotFoundError, version
 
-    found = {"wentry": __version__, "python": platform.python_version(), "system": f"{platform.system()} {platform.machine()}"}
+    system = f"{platform.system()} {platform.machine()}"
+    found = {"wentry": __version__, "python": platform.python_version(), "system": system}
     for name in ("numpy", "scipy", "pandas", "numba", "opencv-python-headless"):
         try:
             found[name] = version(name)

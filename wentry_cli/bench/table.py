@@ -70,7 +70,7 @@ def _draw(rows: list[BenchRow], path: Path) -> None:
     lines = math.ceil(len(cases) / columns) or 1
     with mpl.rc_context({"svg.hashsalt": "wentry", "svg.fonttype": "none", "font.size": 8}):
         figure = Figure(figsize=(3.0 * columns, 2.6 * lines + 0.8), layout="constrained")
-        grid = figure.subplots(lines, columns, squeeze=False, sharey=True)
+        grid = figure.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
         for axes in grid.ravel()[len(cases) :]:
             axes.axis("off")
         for axes, case in zip(grid.ravel(), cases, strict=False):
