@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wentry_cli.tracking.impact import back_to_surface, find_impact, find_rise
+from wentry_cli.tracking.impact import back_to_surface, find_impact
 
 SCALE, FPS, G = 2000.0, 2000.0, 9.81
 
@@ -59,12 +59,3 @@ def test_a_clip_that_starts_later_is_followed_back() -> None:
     found, unc = back_to_surface(time, row, (300.0, 0.05))
     assert abs(found) < 3 * unc < 0.003
     assert math.isnan(back_to_surface(time[:3], row[:3], (300.0, 0.05))[0])
-
-
-def test_the_rise_of_the_stretch_tells_the_impact() -> None:
-    time = np.arange(60) / FPS
-    stretch = 1.0 + 0.4 * np.clip((time - 0.0103) / 0.012, 0, None) ** 1.6
-    stretch += 2e-4 * np.random.default_rng(3).normal(size=60)
-    found, unc = find_rise(time, stretch)
-    assert abs(found - 0.0103) < 3 * unc < 0.0015
-    assert math.isnan(find_rise(time, np.ones(60))[0])

@@ -94,17 +94,6 @@ def draw_blob(
     return np.stack([center[0] + r * np.cos(theta), center[1] + r * np.sin(theta)], axis=1)
 
 
-def draw_streak(start: tuple[float, float], end: tuple[float, float], half_width: float) -> Floats:
-    """A straight streak with round ends from ``start`` to ``end``."""
-    direction = np.array([end[0] - start[0], end[1] - start[1]])
-    length = float(np.hypot(*direction))
-    along = direction / length if length else np.array([1.0, 0.0])
-    across = np.array([-along[1], along[0]])
-    angle = np.linspace(0.0, np.pi, 9)
-    cap = half_width * (np.cos(angle)[:, None] * across + np.sin(angle)[:, None] * along)
-    return np.concatenate([np.array(end) + cap, np.array(start) - cap])
-
-
 def shift_outline(points: Floats, x: float, y: float) -> Floats:
     """The outline moved by (x, y)."""
     return np.asarray(points + np.array([x, y]))

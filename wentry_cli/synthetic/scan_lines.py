@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Crossings = tuple[Ints, Floats, Ints, Ints]
 
 LINES_PER_FINE_ROW = 4
 LINES_AT_TURNS = 64
@@ -12,7 +17,7 @@ NARROW_PX = 20.0
 
 
 @compiled
-def place_lines(points, starts, first, n_fine, grid_rows):  # type: ignore[no-untyped-def]
+def place_lines(points, starts, first, n_fine, grid_rows) -> tuple[Floats, Floats, Ints]:  # type: ignore[no-untyped-def]
     """Heights and weights of the scan lines and the first line of each fine row.
 
     Where a wide outline turns around there are many more, and where it has a level edge a boundary between two lines
@@ -53,7 +58,7 @@ def place_lines(points, starts, first, n_fine, grid_rows):  # type: ignore[no-un
 
 
 @compiled
-def find_crossings(points, starts, heights):  # type: ignore[no-untyped-def]
+def find_crossings(points, starts, heights) -> Crossings:  # type: ignore[no-untyped-def]
     """Crossings of the outlines with the scan lines: first crossing of each line, abscissa, polygon, sense."""
     count = np.zeros(heights.size + 1, np.int64)
     for stage in range(2):
@@ -87,7 +92,7 @@ def find_crossings(points, starts, heights):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def sort_line(crossings, a, b):  # type: ignore[no-untyped-def]
+def sort_line(crossings, a, b) -> None:  # type: ignore[no-untyped-def]
     """Put the crossings a to b of one scan line into the order of their abscissae, in place."""
     _, xs, who, sense = crossings
     for i in range(a + 1, b):

@@ -117,31 +117,3 @@ def _hinge_residual(time: NDArray[np.float64], values: NDArray[np.float64], hing
         rise = max(time[index] - hinge, 0.0) ** 1.5
         total += (values[index] - level - slope * rise) ** 2
     return total, slope
-
-
-def find_rise(time_s: ArrayLike, stretch: ArrayLike) -> tuple[float, float]:
-    """Find when the stretch starts to rise, for a drop that was filmed from above only: time and uncertainty in s.
-
-    A level and, after the hinge, a rise with the power 3/2 of time (that of a sphere flattening at constant speed,
-    within what a few frames can tell), up to two thirds of the first peak. The hinge with the smallest residual; the
-    interval where the residual grows by its variance, and half a frame for the law, are its uncertainty.
-    """
-    time, values = np.asarray(time_s, np.float64), np.asarray(stretch, np.float64)
-    good = np.isfinite(values)
-    time, values = time[good], values[good]
-    if time.size < 6:
-        return math.nan, math.nan
-    level = float(np.median(values[: max(3, time.size // 20)]))
-    peak = float(np.max(values))
-    above = np.flatnonzero(values > level + 0.67 * (peak - level))
-    if peak - level < 0.02 or above.size == 0:
-        return math.nan, math.nan
-    last = max(int(above[0]) + 1, 5)
-    time, values = time[:last], values[:last]
-    trials = np.linspace(time[0], time[-1], 40 * last + 1)[:-1]
-    residual = np.array([_hinge_residual(time, values, float(trial))[0] for trial in trials])
-    best = int(np.argmin(residual))
-    variance = residual[best] / max(1, last - 3)
-    near = trials[residual <= residual[best] + variance]
-    frame = float(np.median(np.diff(time)))
-    return float(trials[best]), math.hypot(float(np.ptp(near)) / 2.0, 0.5 * frame)

@@ -115,7 +115,7 @@ def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighti
     if not usable(fit):
         return Sighting(index, fit.status if fit.status != "ok" else "poor_fit", fit)
     if look.outline == "circle":
-        crowded = crowded_share(patch, fit) > MOST_CROWDED
+        crowded = ring_share(patch, fit, CLEAR_GROUND_PX) > MOST_CROWDED
         return Sighting(index, "occluded" if crowded else "ok", fit, free_fit=fit, circle=True)
     bottom = fit_local_bottom(patch, fit, motion_px=look.motion_px) if look.bottom else None
     lowest = extremes(fit.shape, look.departure)[1] if look.departure else fit.bottom_y_px
@@ -146,13 +146,14 @@ def _fit_ellipse(patch: Patch, guess: EllipseShape, look: Look) -> SilhouetteFit
     )
 
 
-def crowded_share(patch: Patch, fit: SilhouetteFit) -> float:
-    """Share of a circle's outline that has no plain ground a few pixels outside: a splash ring stands close to it.
+def ring_share(patch: Patch, fit: SilhouetteFit, distance_px: float) -> float:
+    """Share of a circle's outline with no plain ground at a distance outside; 1 where nothing is in the patch.
 
-    In a gap that is hardly wider than the blur the edge of the sphere and that of the ring pull at each other.
+    A splash ring stands close there. In a gap that is hardly wider than the blur the edge of the sphere and that of
+    the ring pull at each other.
     """
     angle = np.arange(0.0, 2.0 * math.pi, 2.0 * math.pi / 180)
-    reach = fit.radius_px + CLEAR_GROUND_PX
+    reach = fit.radius_px + distance_px
     column = np.rint(fit.center_x_px - patch.x0 + reach * np.cos(angle)).astype(np.intp)
     row = np.rint(fit.center_y_px - patch.y0 + reach * np.sin(angle)).astype(np.intp)
     inside = (row >= 0) & (column >= 0) & (row < patch.values.shape[0]) & (column < patch.values.shape[1])

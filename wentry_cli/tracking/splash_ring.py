@@ -8,13 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from wentry_cli.contours.ellipse import SilhouetteFit
 from wentry_cli.imaging.background import Background
-from wentry_cli.imaging.patch import Patch
-from wentry_cli.tracking.sighting import Sighting
+from wentry_cli.tracking.sighting import Sighting, ring_share
 from wentry_cli.tracking.source import Frames, read_patch
 
-CLEAR_GROUND = 0.85
 # A ring nearer than the first hides the edge, beyond the second it does nothing to it; between, its blur pulls.
 TOUCHES_PX, CLEAR_PX = 3.0, 6.0
 MOST_TOUCHED = 0.55
@@ -61,15 +58,3 @@ def _judge(frames: Frames, ground: Background, item: Sighting, usual: float) -> 
         return Sighting(item.frame, "occluded")
     pull = PULL_PX * max(0.0, pulled - FREE_SHARE)
     return replace(item, status="ok", fit=replace(fit, radius_unc_px=math.hypot(fit.radius_unc_px, pull)))
-
-
-def ring_share(patch: Patch, fit: SilhouetteFit, distance_px: float) -> float:
-    """Share of a circle's outline that has no plain ground at a distance outside; 1 where nothing is in the patch."""
-    angle = np.arange(0.0, 2.0 * math.pi, 2.0 * math.pi / 180)
-    reach = fit.radius_px + distance_px
-    column = np.rint(fit.center_x_px - patch.x0 + reach * np.cos(angle)).astype(np.intp)
-    row = np.rint(fit.center_y_px - patch.y0 + reach * np.sin(angle)).astype(np.intp)
-    inside = (row >= 0) & (column >= 0) & (row < patch.values.shape[0]) & (column < patch.values.shape[1])
-    if not inside.any():
-        return 1.0
-    return float(np.mean(patch.values[row[inside], column[inside]] < CLEAR_GROUND))
