@@ -16,7 +16,7 @@ Ints = NDArray[np.int64]
 
 @compiled
 def ellipse_distance(a: float, b: float, u: float, v: float) -> tuple[float, float, float]:
-    """Signed distance (outside positive) of (u, v) from the ellipse, and the direction of its eccentric angle.
+    """Signed distance (outside positive) of (u, v) from the ellipse, and the eccentric direction of its foot.
 
     The distance to the circle of curvature at the point below; its error is of third order in the error of that
     point (after A. Stephens' iteration through the evolute). NaN beyond the centre of curvature.
@@ -36,9 +36,9 @@ def ellipse_distance(a: float, b: float, u: float, v: float) -> tuple[float, flo
             return math.nan, tx, ty
         rho, away = math.sqrt(rx * rx + ry * ry), math.sqrt(qx * qx + qy * qy)
         distance = away - rho
+        tx = max(0.0, (qx * rho / away + ex) / a)
+        ty = max(0.0, (qy * rho / away + ey) / b)
         if turn + 1 < rounds:
-            tx = max(0.0, (qx * rho / away + ex) / a)
-            ty = max(0.0, (qy * rho / away + ey) / b)
             norm = math.sqrt(tx * tx + ty * ty) + 1e-300
             tx, ty = tx / norm, ty / norm
     return distance, math.copysign(tx, u), math.copysign(ty, v)

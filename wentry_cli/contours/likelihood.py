@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 # Columns of the state of a sector.
-OFFSET, INV_S, INSIDE, OUTSIDE, GRADIENT, KAPPA_S, RATIO, SMEAR, STATE = 0, 1, 2, 3, 4, 5, 6, 7, 8
+OFFSET, INV_S, INSIDE, OUTSIDE, GRADIENT, KAPPA_S, RATIO, SMEAR, BOW, STATE = range(10)
 # Columns of the sums of a sector: the lower triangle of its normal matrix over (displacement, inside, outside,
 # ln s), the four right-hand sides, then counts and squares.
 DD, DI, II, DO, IO, OO, DS, IS, OS, SS, GD, GI, GO, GS = range(14)
@@ -31,6 +31,7 @@ COUNT, CHI2, COUNT_IN, SQUARE_IN, COUNT_OUT, SQUARE_OUT, SUMS = 14, 15, 16, 17, 
 REACH = 6.0
 # The noise is taken where the edge does not reach: its model is not exact to the noise of a good camera.
 PLATEAU = 0.03
+WELL_OFF = 0.65
 PER_UNIT = 64
 _NODES = np.linspace(-REACH, REACH, int(2 * REACH * PER_UNIT) + 2)
 STEP_TABLE = np.array([0.5 * (1.0 + math.erf(node / math.sqrt(2.0))) for node in _NODES])
@@ -65,12 +66,14 @@ def accumulate(pixels: Floats, sectors: Ints, state: Floats, noise: Floats, ceil
         step, line = look_up(scaled)
         tilted = line * scaled
         if part[SMEAR] > 0.0:
-            before, line_before = look_up(scaled - part[SMEAR])
-            after, line_after = look_up(scaled + part[SMEAR])
+            middle, end = scaled - part[BOW], scaled + 0.8 * part[BOW]
+            step, line = look_up(middle)
+            before, line_before = look_up(end - part[SMEAR])
+            after, line_after = look_up(end + part[SMEAR])
             step = (8.0 * step + 5.0 * (before + after)) / 18.0
+            tilted = 8.0 * middle * line + 5.0 * (end - part[SMEAR]) * line_before
+            tilted = (tilted + 5.0 * (end + part[SMEAR]) * line_after) / 18.0
             line = (8.0 * line + 5.0 * (line_before + line_after)) / 18.0
-            tilted = 8.0 * tilted + 5.0 * (scaled - part[SMEAR]) * line_before
-            tilted = (tilted + 5.0 * (scaled + part[SMEAR]) * line_after) / 18.0
         contrast = part[OUTSIDE] + part[GRADIENT] * distance - part[INSIDE]
         model = part[INSIDE] + contrast * step
         rest = min(level, ceiling) - model
@@ -106,14 +109,20 @@ def accumulate(pixels: Floats, sectors: Ints, state: Floats, noise: Floats, ceil
 
 @compiled
 def first_levels(pixels: Floats, sectors: Ints, count: int) -> tuple[float, float]:
-    """Median over the sectors of the mean level well inside and well outside; NaN where no sector has one."""
+    """Median over the sectors of the mean level well inside and well outside; NaN where no sector has one.
+
+    Well inside and outside is the last third of the band, where the blurred edge does not reach.
+    """
     totals = np.zeros((count, 4))
+    deepest, farthest = 0.0, 0.0
+    for n in range(pixels.shape[0]):
+        deepest, farthest = min(deepest, pixels[n, 0]), max(farthest, pixels[n, 0])
     for n in range(pixels.shape[0]):
         k = sectors[n]
-        if pixels[n, 0] < -2.0:
+        if pixels[n, 0] < WELL_OFF * deepest:
             totals[k, 0] += pixels[n, 1]
             totals[k, 1] += 1.0
-        elif pixels[n, 0] > 2.0:
+        elif pixels[n, 0] > WELL_OFF * farthest:
             totals[k, 2] += pixels[n, 1]
             totals[k, 3] += 1.0
     levels = np.empty((2, count))

@@ -40,7 +40,7 @@ from wentry_cli.contours.sectors import (
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-SECTOR_PX = 4.0
+SECTOR_PX = 2.2
 SECTOR_ANGLE = math.radians(12.0)
 HALF_PX = 4.5
 SETTLED_PX = 0.004
@@ -156,7 +156,7 @@ def first_belief(band: Band) -> Belief:
     nuisance[LEVEL_IN], nuisance[LEVEL_OUT] = low, 1.0 if math.isnan(high) else high
     nuisance[LN_S] = PRIOR_LN_S
     prior = priors(nuisance, band.scene[2], band.settings[3])
-    return Belief(nuisance, prior, np.zeros(2), np.full(2, 1e-6), np.zeros(5))
+    return Belief(nuisance, prior, np.zeros(2), np.full(2, 1e-8), np.zeros(5))
 
 
 @compiled

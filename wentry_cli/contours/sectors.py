@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.arc import DEPARTURE, KAPPA, NX, NY, J, X, Y
 from wentry_cli.contours.likelihood import (
+    BOW,
     CHI2,
     COUNT,
     DD,
@@ -47,7 +48,7 @@ LEVEL_IN, LEVEL_OUT, SLOPE_X, SLOPE_Y, LN_S, NUISANCES = 0, 1, 2, 3, 4, 5
 TOLERANCE_PX = 0.15
 TOLERANCE_OF_R = 0.0025
 HARD_GATE = 3.0
-LEAST_PIXELS = 12.0
+LEAST_PIXELS = 7.0
 # Motion across the edge with less variance than this counts as blur.
 LEAST_SMEAR_PX2 = 0.1
 # Displacements over (uncertainty x scale) and reduced chi squares over the usual one between which weight is lost.
@@ -82,6 +83,8 @@ def set_state(state: Floats, rows: Floats, moved: Floats, nuisance: Floats, scen
         state[k, RATIO] = s2 / normal
         # the outer nodes of three lie at sqrt(3/5) of half the path, whose square is 12 times the variance
         state[k, SMEAR] = math.sqrt(1.8 * across) * state[k, INV_S] if smeared else 0.0
+        # an edge that also moves along itself is bent away at the ends of the path, not in its middle
+        state[k, BOW] = 0.5 * kappa * along * state[k, INV_S]
         state[k, INSIDE] = nuisance[LEVEL_IN]
         x, y = (rows[k, X] - scene[0]) / scene[2], (rows[k, Y] - scene[1]) / scene[2]
         state[k, OUTSIDE] = nuisance[LEVEL_OUT] + nuisance[SLOPE_X] * x + nuisance[SLOPE_Y] * y
@@ -114,7 +117,7 @@ def level_spread(sums: Floats, spread: Floats) -> None:
     for side in range(2):
         found = median_of(inside if side == 0 else outside, number) * 1.4826
         expected = median_of(expected_in if side == 0 else expected_out, number)
-        spread[side] = max(1e-6, found * found - 1.6 * expected)
+        spread[side] = max(1e-8, found * found - 1.6 * expected)
 
 
 @compiled
