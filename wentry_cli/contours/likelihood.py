@@ -32,6 +32,8 @@ REACH = 6.0
 # The noise is taken where the edge does not reach: its model is not exact to the noise of a good camera.
 PLATEAU = 0.03
 WELL_OFF = 0.65
+# So many blurs away from the edge a pixel says nothing about its place.
+FLAT = 3.6
 PER_UNIT = 64
 _NODES = np.linspace(-REACH, REACH, int(2 * REACH * PER_UNIT) + 2)
 STEP_TABLE = np.array([0.5 * (1.0 + math.erf(node / math.sqrt(2.0))) for node in _NODES])
@@ -50,6 +52,23 @@ def look_up(scaled: float) -> tuple[float, float]:
 
 
 @compiled
+def add_flat(row: Floats, outside: bool, rest: float, weight: float) -> None:
+    """Add a pixel that the edge does not reach: it knows one level only."""
+    row[COUNT] += 1.0
+    row[CHI2] += weight * rest * rest
+    if outside:
+        row[OO] += weight
+        row[GO] += weight * rest
+        row[COUNT_OUT] += 1.0
+        row[SQUARE_OUT] += rest * rest
+    else:
+        row[II] += weight
+        row[GI] += weight * rest
+        row[COUNT_IN] += 1.0
+        row[SQUARE_IN] += rest * rest
+
+
+@compiled
 def accumulate(pixels: Floats, sectors: Ints, state: Floats, noise: Floats, ceiling: float, sums: Floats) -> None:
     """Fill ``sums`` (sectors, SUMS) from all pixels of the band.
 
@@ -63,6 +82,12 @@ def accumulate(pixels: Floats, sectors: Ints, state: Floats, noise: Floats, ceil
         distance, level = pixels[n, 0], pixels[n, 1]
         part = state[k]
         scaled = (distance + part[OFFSET]) * part[INV_S]
+        if abs(scaled) > FLAT + part[SMEAR]:
+            outside = scaled > 0.0
+            expected = part[OUTSIDE] + part[GRADIENT] * distance if outside else part[INSIDE]
+            rest = min(level, ceiling) - expected
+            add_flat(sums[k], outside, rest, 1.0 / (noise[1] if outside else noise[0]))
+            continue
         step, line = look_up(scaled)
         tilted = line * scaled
         if part[SMEAR] > 0.0:
@@ -82,20 +107,20 @@ def accumulate(pixels: Floats, sectors: Ints, state: Floats, noise: Floats, ceil
         by_in, by_out = 1.0 - step, step
         by_blur = -contrast * (tilted * part[RATIO] - line * part[KAPPA_S])
         row = sums[k]
-        edge, inside, outside, blur = weight * by_edge, weight * by_in, weight * by_out, weight * by_blur
+        edge, dark, bright, blur = weight * by_edge, weight * by_in, weight * by_out, weight * by_blur
         row[DD] += edge * by_edge
         row[DI] += edge * by_in
-        row[II] += inside * by_in
+        row[II] += dark * by_in
         row[DO] += edge * by_out
-        row[IO] += inside * by_out
-        row[OO] += outside * by_out
+        row[IO] += dark * by_out
+        row[OO] += bright * by_out
         row[DS] += edge * by_blur
-        row[IS] += inside * by_blur
-        row[OS] += outside * by_blur
+        row[IS] += dark * by_blur
+        row[OS] += bright * by_blur
         row[SS] += blur * by_blur
         row[GD] += edge * rest
-        row[GI] += inside * rest
-        row[GO] += outside * rest
+        row[GI] += dark * rest
+        row[GO] += bright * rest
         row[GS] += blur * rest
         row[COUNT] += 1.0
         row[CHI2] += weight * rest * rest

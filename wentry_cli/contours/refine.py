@@ -20,7 +20,14 @@ from wentry_cli.contours.likelihood import (
     first_levels,
 )
 from wentry_cli.contours.normal_equations import factorise, substitute
-from wentry_cli.contours.nuisances import PRIOR_LN_S, Belief, add_priors, noise_levels, priors, weigh_noise
+from wentry_cli.contours.nuisances import (
+    PRIOR_LN_S,
+    Belief,
+    add_priors,
+    noise_levels,
+    priors,
+    weigh_noise,
+)
 from wentry_cli.contours.sectors import (
     LEAST_PIXELS,
     LEVEL_IN,
@@ -40,9 +47,9 @@ from wentry_cli.contours.sectors import (
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-SECTOR_PX = 2.2
+SECTOR_PX = 2.5
 SECTOR_ANGLE = math.radians(12.0)
-HALF_PX = 4.5
+HALF_PX = 6.0
 SETTLED_PX = 0.004
 RECOLLECT_PX = 0.25
 ROUNDS = 6
