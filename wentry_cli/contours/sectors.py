@@ -53,6 +53,7 @@ LEAST_PIXELS = 7.0
 LEAST_SMEAR_PX2 = 0.1
 # Displacements over (uncertainty x scale) and reduced chi squares over the usual one between which weight is lost.
 SOFT_START, SOFT_END = 2.2, 3.5
+BESIDE_OUTWARD, BESIDE_INWARD = 0.15, 0.5
 QUALITY_START, QUALITY_END = 1.5, 2.2
 
 
@@ -148,14 +149,17 @@ def marginalise(row: Floats, spread: Floats, local: Floats) -> float:
 
 @compiled
 def shun_neighbours(verdict: Floats) -> None:
-    """Halve the weight of a sector beside one that was left out: what hides one reaches into the next."""
+    """Take weight from a sector beside one that was left out: what hides one reaches into the next.
+
+    What hides an edge before a bright ground is mostly dark and moves it outwards: such a neighbour loses more.
+    """
     count = verdict.shape[0]
     out = np.zeros(count, dtype=np.bool_)
     for k in range(count):
         out[k] = verdict[k, WEIGHT] == 0.0 and not math.isnan(verdict[k, MOVED])
     for k in range(count):
         if out[k - 1] or out[(k + 1) % count]:
-            verdict[k, WEIGHT] *= 0.5
+            verdict[k, WEIGHT] *= BESIDE_OUTWARD if verdict[k, MOVED] > 0.0 else BESIDE_INWARD
 
 
 @compiled
