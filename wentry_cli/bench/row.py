@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 
@@ -11,7 +12,10 @@ class BenchRow:
 
     ``bias`` and ``rmse`` are of ``quantity`` in ``unit`` against a truth that the method did not see;
     ``ratio_to_bound`` is RMSE over the Cramér–Rao bound (NaN where there is none); ``failures`` is the share of items
-    without a result or grossly wrong; ``time_us`` is the median time per item in microseconds.
+    without a result or grossly wrong; ``time_us`` is the median time per item in microseconds. Where a method states
+    an uncertainty, ``pull`` is the standard deviation of (estimate − truth)/uncertainty and ``beyond_3`` the share
+    beyond 3. ``measured`` is the share of items with a result, ``false_ok`` the share that was called good with an
+    error far beyond its uncertainty, and ``items`` their number.
     """
 
     chapter: str
@@ -25,3 +29,8 @@ class BenchRow:
     failures: float
     time_us: float
     note: str = ""
+    pull: float = math.nan
+    beyond_3: float = math.nan
+    measured: float = math.nan
+    false_ok: float = math.nan
+    items: int = 0

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtr
 
 from wentry_cli.contours.ellipse import PARAMETERS, EllipseShape, bottom_gradient
 
@@ -15,6 +16,8 @@ Floats = NDArray[np.float64]
 ARC_NODES = 2000
 BAND_PX = 12.0
 DEPTH_NODES = 241
+SLOPE_PER_PX = 2e-4
+SMEAR_NODES, SMEAR_STEPS = 41, 25
 
 
 @dataclass(frozen=True)
@@ -61,15 +64,35 @@ def arc_nodes(shape: EllipseShape) -> tuple[Floats, Floats, Floats, Floats]:
     return points, normals, jacobian, speed * 2.0 * math.pi / ARC_NODES
 
 
-def edge_information(noise: float, noise_dark: float, blur_px: float, contrast: float) -> Floats:
-    """Information (4 x 4) of 1 px of edge about displacement, level inside, level outside and ln blur."""
+def edge_information(
+    noise: float, noise_dark: float, blur_px: float, contrast: float, smear_px: float = 0.0
+) -> Floats:
+    """Information (4 x 4) of 1 px of edge about displacement, level inside, level outside and ln blur.
+
+    ``smear_px`` is the way across the edge during the exposure.
+    """
     depth = np.linspace(-BAND_PX, BAND_PX, DEPTH_NODES)
-    scaled = depth / blur_px
-    step = 0.5 * (1.0 + np.array([math.erf(z / math.sqrt(2.0)) for z in scaled]))
-    line = np.exp(-0.5 * scaled**2) / math.sqrt(2.0 * math.pi)
-    templates = np.stack([-contrast * line / blur_px, 1.0 - step, step, -contrast * line * scaled])
+    instants = (np.arange(SMEAR_NODES) + 0.5) / SMEAR_NODES - 0.5 if smear_px > 0.0 else np.zeros(1)
+    scaled = (depth[:, None] + smear_px * instants) / blur_px
+    step = np.mean(ndtr(scaled), axis=1)
+    lines = np.exp(-0.5 * scaled**2) / math.sqrt(2.0 * math.pi)
+    line, tilted = np.mean(lines, axis=1), np.mean(lines * scaled, axis=1)
+    templates = np.stack([-contrast * line / blur_px, 1.0 - step, step, -contrast * tilted])
     variance = noise_dark**2 + (noise**2 - noise_dark**2) * step
     return np.asarray((templates / variance) @ templates.T * (depth[1] - depth[0]))
+
+
+def smeared_information(smear_px: Floats, edge: tuple[float, float, float, float]) -> Floats:
+    """`edge_information` at each node (n, 4, 4), interpolated over the way ``smear_px`` (n) that the edge moves."""
+    farthest = float(np.max(smear_px))
+    if farthest == 0.0:
+        return np.broadcast_to(edge_information(*edge), (smear_px.size, 4, 4))
+    ways = np.linspace(0.0, farthest, SMEAR_STEPS)
+    tables = np.stack([edge_information(*edge, float(way)) for way in ways])
+    place = np.minimum(smear_px / ways[1], SMEAR_STEPS - 1.0 - 1e-9)
+    node = place.astype(np.intp)
+    share = (place - node)[:, None, None]
+    return np.asarray((1.0 - share) * tables[node] + share * tables[node + 1])
 
 
 def cramer_rao_bound(
@@ -81,18 +104,23 @@ def cramer_rao_bound(
     contrast: float = 0.92,
     visible: float = 1.0,
     noise_dark: float | None = None,
+    motion_px: tuple[float, float] = (0.0, 0.0),
+    right_px: float = math.inf,
 ) -> Bound:
     """The Cramér–Rao bound of the free parameters and of the lowest row of a blurred dark silhouette.
 
     ``noise`` is the standard deviation of a pixel on the ground (of level 1), ``noise_dark`` on the object (default
-    the same), ``contrast`` the difference of the levels, ``blur_px`` the normal sigma of the edge (optics, pixel and
-    motion together), ``visible`` the share of the perimeter that is seen, from the bottom up. The two grey levels,
-    the slope of the ground (two components) and the blur are nuisance parameters. Fisher information of independent
+    the same), ``contrast`` the difference of the levels, ``blur_px`` the sigma of the edge (optics and pixel),
+    ``motion_px`` the way during the exposure (x, y), which smears the edge evenly where it lies across, ``visible``
+    the share of the perimeter that is seen, from the bottom up, and ``right_px`` the column at which the picture
+    ends. The two grey levels, the slope of the ground (two components) and the blur are nuisance parameters. Fisher information of independent
     Gaussian pixels, integrated along the arc; grey levels count within 12 px of the edge.
     """
-    local = edge_information(noise, noise if noise_dark is None else noise_dark, blur_px, contrast)
-    points, _, jacobian, length = arc_nodes(shape)
-    kept = points[:, 1] >= visible_top(shape, visible)
+    points, normals, jacobian, length = arc_nodes(shape)
+    kept = (points[:, 1] >= visible_top(shape, visible)) & (points[:, 0] < right_px)
+    smear = np.abs(normals @ np.array(motion_px))
+    dark = noise if noise_dark is None else noise_dark
+    local = smeared_information(smear, (noise, dark, blur_px, contrast))
     names = free.split()
     columns = [PARAMETERS.index(name) for name in names]
     size = len(columns)
@@ -103,7 +131,7 @@ def cramer_rao_bound(
     chain[:, 2, size + 2] = (points[:, 0] - shape.x) / shape.radius
     chain[:, 2, size + 3] = (points[:, 1] - shape.y) / shape.radius
     chain[:, 3, size + 4] = 1.0
-    information = np.einsum("kia,ij,kjb,k->ab", chain[kept], local, chain[kept], length[kept], optimize=True)
+    information = np.einsum("kia,kij,kjb,k->ab", chain[kept], local[kept], chain[kept], length[kept], optimize=True)
     full = np.linalg.inv(information)[:size, :size]
     covariance = np.zeros((5, 5))
     covariance[np.ix_(columns, columns)] = full
@@ -124,3 +152,26 @@ def named_bound(shape: EllipseShape, covariance: NDArray[np.float64]) -> Bound:
         bottom_y_px=math.sqrt(float(gradient @ covariance @ gradient)),
         covariance=covariance,
     )
+
+
+def cap_bound(shape: EllipseShape, *, noise: float, noise_dark: float, half_angle_deg: float = 30.0) -> float:
+    """Bound of the lowest row (px) from the cap within ``half_angle_deg`` of the bottom alone; no tilt.
+
+    The cap's displacement, slope and curvature are free, as are levels, slope of the ground and blur; third and
+    fourth order are zero, so an estimator that allows for them may lie above.
+    """
+    points, _, _, length = arc_nodes(shape)
+    angle = np.arcsin(np.clip((points[:, 0] - shape.x) / shape.semi_across, -1.0, 1.0)) / math.radians(half_angle_deg)
+    kept = (points[:, 1] > shape.y) & (np.abs(angle) <= 1.0)
+    chain = np.zeros((int(kept.sum()), 4, 8))
+    for order in range(3):
+        chain[:, 0, order] = angle[kept] ** order
+    chain[:, 1, 3] = chain[:, 2, 4] = chain[:, 3, 7] = 1.0
+    chain[:, 2, 5] = (points[kept, 0] - shape.x) / shape.radius
+    chain[:, 2, 6] = (points[kept, 1] - shape.y) / shape.radius
+    # within the cap the height hardly varies: the design's prior on the slope of the ground keeps it from the level
+    prior = np.zeros((8, 8))
+    prior[5, 5] = prior[6, 6] = 1.0 / (SLOPE_PER_PX * shape.radius) ** 2
+    local = edge_information(noise, noise_dark, 1.04, 0.92)
+    information = np.einsum("kia,ij,kjb,k->ab", chain, local, chain, length[kept], optimize=True) + prior
+    return math.sqrt(float(np.linalg.inv(information)[0, 0]))

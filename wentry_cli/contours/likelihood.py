@@ -133,21 +133,22 @@ def accumulate(pixels: Floats, sectors: Ints, state: Floats, noise: Floats, ceil
 
 
 @compiled
-def first_levels(pixels: Floats, sectors: Ints, count: int) -> tuple[float, float]:
+def first_levels(pixels: Floats, sectors: Ints, count: int, half: float) -> tuple[float, float]:
     """Median over the sectors of the mean level well inside and well outside; NaN where no sector has one.
 
-    Well inside and outside is the last third of the band, where the blurred edge does not reach.
+    Well off the edge is the last third of the band, whose half-width is ``half`` px (less inside of a thin body):
+    the blurred edge does not reach there.
     """
     totals = np.zeros((count, 4))
-    deepest, farthest = 0.0, 0.0
+    deepest = 0.0
     for n in range(pixels.shape[0]):
-        deepest, farthest = min(deepest, pixels[n, 0]), max(farthest, pixels[n, 0])
+        deepest = min(deepest, pixels[n, 0])
     for n in range(pixels.shape[0]):
         k = sectors[n]
         if pixels[n, 0] < WELL_OFF * deepest:
             totals[k, 0] += pixels[n, 1]
             totals[k, 1] += 1.0
-        elif pixels[n, 0] > WELL_OFF * farthest:
+        elif pixels[n, 0] > WELL_OFF * half:
             totals[k, 2] += pixels[n, 1]
             totals[k, 3] += 1.0
     levels = np.empty((2, count))

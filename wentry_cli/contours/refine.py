@@ -140,6 +140,12 @@ def invert_block(factor: Floats, size: int, inflation: float) -> Floats:
 
 
 @compiled
+def half_width(settings: Floats) -> float:
+    """Half of the width of the band, px: the edge and enough of both levels beside it, wherever it moves."""
+    return HALF_PX + 0.5 * math.hypot(settings[1], settings[2])
+
+
+@compiled
 def gather_band(values: NDArray[np.float32], shape: Floats, settings: Floats, masked: float) -> Band:
     """Cut the outline of ``shape`` into sectors and collect the pixels about it.
 
@@ -148,8 +154,8 @@ def gather_band(values: NDArray[np.float32], shape: Floats, settings: Floats, ma
     a, b = semi_axes(shape)
     count, table = quadrant_table(a, b, SECTOR_PX, SECTOR_ANGLE)
     rows = arc_geometry(shape, sector_angles(count, table))
-    motion = 0.5 * math.hypot(settings[1], settings[2])
-    limits = np.array([min(HALF_PX + motion, 0.5 * min(a, b)), HALF_PX + motion, settings[0], masked])
+    half = half_width(settings)
+    limits = np.array([min(half, 0.5 * min(a, b)), half, settings[0], masked])
     pixels, sectors, _ = collect_band(values, shape, count, table, limits)
     scene = np.array([shape[0], shape[1], shape[2], settings[1], settings[2]])
     return Band(pixels, sectors, rows, scene, settings)
@@ -159,7 +165,7 @@ def gather_band(values: NDArray[np.float32], shape: Floats, settings: Floats, ma
 def first_belief(band: Band) -> Belief:
     """Levels from the pixels away from the edge; the level inside is NaN where no sector has any."""
     nuisance = np.zeros(NUISANCES)
-    low, high = first_levels(band.pixels, band.sectors, band.rows.shape[0])
+    low, high = first_levels(band.pixels, band.sectors, band.rows.shape[0], half_width(band.settings))
     nuisance[LEVEL_IN], nuisance[LEVEL_OUT] = low, 1.0 if math.isnan(high) else high
     nuisance[LN_S] = PRIOR_LN_S
     prior = priors(nuisance, band.scene[2], band.settings[3])
@@ -213,7 +219,7 @@ def refine_shape(values: NDArray[np.float32], shape: Floats, free: Ints, setting
     nothing = np.zeros((free.size, free.size))
     masked = math.nan
     band = gather_band(values, shape, settings, masked)
-    if math.isnan(first_levels(band.pixels, band.sectors, band.rows.shape[0])[1]):
+    if math.isnan(first_levels(band.pixels, band.sectors, band.rows.shape[0], half_width(band.settings))[1]):
         # no light was left outside of the edge: it was clipped and masked, so it is at least the ground's 1
         masked = 1.0
         band = gather_band(values, shape, settings, masked)

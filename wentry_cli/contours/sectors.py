@@ -52,9 +52,9 @@ LEAST_PIXELS = 7.0
 # Motion across the edge with less variance than this counts as blur.
 LEAST_SMEAR_PX2 = 0.1
 # Displacements over (uncertainty x scale) and reduced chi squares over the usual one between which weight is lost.
-SOFT_START, SOFT_END = 2.2, 3.5
+SOFT_START, SOFT_END = 3.0, 5.0
 BESIDE_OUTWARD, BESIDE_INWARD = 0.15, 0.5
-QUALITY_START, QUALITY_END = 1.5, 2.2
+QUALITY_START, QUALITY_END = 1.7, 3.0
 
 
 @compiled

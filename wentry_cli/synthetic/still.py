@@ -40,7 +40,8 @@ class StillLight:
 
     ``gradient`` is the change of the light across the frame as a fraction; ``droplets`` the fraction of the arc below
     the separation that droplets cover; ``bright_spots`` a number of bright spots inside the silhouette;
-    ``splash_ring`` a dark ring outside that merges with this fraction of the outline (top view).
+    ``splash_ring`` a dark ring outside that merges with this fraction of the outline (top view); ``scenery`` what else
+    is in the picture and does not move.
     """
 
     dark: float = 0.08
@@ -51,6 +52,7 @@ class StillLight:
     droplets: float = 0.0
     bright_spots: int = 0
     splash_ring: float = 0.0
+    scenery: tuple[Polygon, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -143,6 +145,7 @@ def draw_still(body: StillBody, light: StillLight, shape: tuple[int, int], rng: 
     half_width = body.stretch * body.radius_px * describe_shape(0.0, body.misfit).widest
     still = _scatter_bright_spots(body, light.bright_spots, rng)
     still += _hide_with_droplets(body, outline, light.droplets, rng) if light.droplets else []
+    still += light.scenery
     if light.splash_ring:
         still.append(_draw_splash_ring(body, light.splash_ring, light.dark))
     cavity = _cavity_outline(body, outline, -20.0) if np.isfinite(body.separation_y_px) else None

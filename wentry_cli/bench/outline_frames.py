@@ -1,0 +1,120 @@
+"""Frames of a case with their truth, and how far light allows one to see in them."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.bench.outline_cases import Case
+from wentry_cli.contours.bounds import cap_bound, cramer_rao_bound, visible_top
+from wentry_cli.contours.ellipse import EllipseShape
+from wentry_cli.synthetic.camera_noise import Sensor, expose_frame
+from wentry_cli.synthetic.raster import Polygon
+from wentry_cli.synthetic.still import StillBody, StillLight, draw_still
+from wentry_cli.synthetic.still_scenery import lamp_lit_cavity, mirror_image, surface_band, translucent_body
+
+Floats = NDArray[np.float64]
+
+MARGIN_PX = 18
+MIRROR_GAP_PX = 8.0
+BAND_PX = 18.0
+PIXEL_VARIANCE = 1.0 / 12.0
+# What is wanted of every frame, in this order.
+QUANTITIES = (("x", "px"), ("y", "px"), ("stretch", "1"), ("bottom_y", "px"), ("local_bottom_y", "px"))
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A flat-fielded region with its truth (x, y, stretch, lowest row) and what every method is told.
+
+    ``guess`` is a prediction that is off by about a pixel; ``ceiling`` is the transmission at which the sensor clips.
+    """
+
+    region: NDArray[np.float32]
+    truth: Floats
+    guess: EllipseShape
+    top_y: float
+    ceiling: float
+
+
+def draw_frame(case: Case, seed: int, number: int) -> Frame:
+    """Render frame ``number`` of a case at a random sub-pixel place; the case has a stream of its own."""
+    rng = np.random.default_rng([seed, zlib.crc32(case.name.encode()), number])
+    margin = MARGIN_PX + (12 if case.ring else 0)
+    across, along = case.radius * case.stretch + margin, case.radius / case.stretch**2 + margin
+    x, y = across + rng.uniform(), along + rng.uniform()
+    size = (int(2 * along + 1), int(2 * across * (1.0 - case.crop) + 1))
+    shape = EllipseShape(x, y, case.radius, case.stretch, case.tilt_deg)
+    top_y = visible_top(shape, case.visible)
+    turn = rng.uniform(0.0, 2.0 * math.pi)
+    body = StillBody(
+        x, y, case.radius, case.stretch, tilt_deg=case.tilt_deg,
+        misfit=(case.misfit * math.cos(turn), case.misfit * math.sin(turn)),
+        separation_y_px=top_y - 3.0 if case.scenery == "cavity" else math.nan, motion_px=case.motion_px,
+    )  # fmt: skip
+    light = _light(case, body, top_y, rng)
+    still = draw_still(body, light, size, rng)
+    off = rng.uniform(-1.0, 1.0, 3)
+    told = case.radius * case.told_radius
+    guess = EllipseShape(x + off[0], y + off[1], told, case.stretch / case.told_radius**0.5 + 0.01 * off[2])
+    truth = np.array([x, y, still.half_width_px / case.radius, still.bottom_y_px])
+    ground = case.level * (2**case.bits - 1)
+    flat = still.flat if case.flat else (still.levels / ground).astype(np.float32)
+    ceiling = 1.0 / case.level if case.level > 1.0 else math.inf
+    if case.bright:
+        inverse = np.float32(1.0 + case.dark)
+        levels = expose_frame(inverse - still.transmission, still.light, light.sensor, rng)
+        flat = np.asarray(inverse - levels / still.light, np.float32)
+    return Frame(np.ascontiguousarray(flat), truth, guess, top_y, ceiling)
+
+
+def _light(case: Case, body: StillBody, top_y: float, rng: np.random.Generator) -> StillLight:
+    gradient = (0.6 * case.gradient, 0.8 * case.gradient)
+    scenery = _scenery(case, body, top_y, rng)
+    sensor = Sensor(case.bits, case.level, case.noise)
+    return StillLight(
+        dark=case.dark, psf_px=case.psf, sensor=sensor, gradient=gradient, droplets=case.droplets,
+        bright_spots=case.bright_spots, splash_ring=case.ring, scenery=scenery,
+        vignette=0.4 if case.scenery == "cavity" else 0.0,
+    )  # fmt: skip
+
+
+def _scenery(case: Case, body: StillBody, top_y: float, rng: np.random.Generator) -> tuple[Polygon, ...]:
+    if case.scenery == "translucent":
+        return tuple(translucent_body(body, rng))
+    if case.scenery == "mirror":
+        return tuple(mirror_image(body, MIRROR_GAP_PX))
+    if case.scenery == "band":
+        return (surface_band(body, top_y - 4.0, BAND_PX, rng),)
+    if case.scenery == "cavity":
+        return (lamp_lit_cavity(body, 0.06),)
+    return ()
+
+
+def bounds_of(case: Case) -> Floats:
+    """Bounds of QUANTITIES for a case as if nothing were hidden, shot noise included; stretch of a circle: its radius.
+
+    The local bottom's is NaN in the top view.
+    """
+    shot = Sensor().shot_share
+    noise = math.hypot(case.noise, 1.0 / (math.sqrt(12.0) * case.level * (2**case.bits - 1)))
+    dark = noise * math.sqrt(1.0 - shot + shot * case.dark)
+    if case.bright:
+        noise, dark = dark, noise
+    shape = EllipseShape(0.0, 0.0, case.radius, case.stretch, case.tilt_deg)
+    margin = MARGIN_PX + case.radius * case.stretch
+    bound = cramer_rao_bound(
+        shape, free=case.free, noise=noise, noise_dark=dark, blur_px=math.sqrt(case.psf**2 + PIXEL_VARIANCE),
+        contrast=1.0 - case.dark, visible=case.visible, motion_px=case.motion_px,
+        right_px=2.0 * margin * (1.0 - case.crop) - margin if case.crop else math.inf,
+    )  # fmt: skip
+    if case.top_view:
+        return np.array([bound.x_px, bound.y_px, bound.radius_px / case.radius, bound.bottom_y_px, math.nan])
+    contrast = (1.0 - case.dark) / 0.92
+    local = cap_bound(shape, noise=noise / contrast, noise_dark=dark / contrast)
+    stretch = bound.stretch
+    return np.array([bound.x_px, bound.y_px, stretch, bound.bottom_y_px, local])
