@@ -21,7 +21,7 @@ from wentry_cli.bench.outline_frames import QUANTITIES, Frame, bounds_of, draw_f
 from wentry_cli.bench.outline_peers import SLOW, Recipe, recipes
 from wentry_cli.bench.row import BenchRow
 from wentry_cli.contours.circle import Circle, fit_circle
-from wentry_cli.contours.ellipse import EllipseShape, SilhouetteFit
+from wentry_cli.contours.ellipse import SilhouetteFit
 from wentry_cli.contours.local_bottom import fit_local_bottom
 from wentry_cli.contours.silhouette import fit_silhouette
 from wentry_cli.imaging.patch import Patch

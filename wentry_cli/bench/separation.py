@@ -54,7 +54,9 @@ def _slope(stretch: float, height: float) -> float:
 def _measure(seed: int, scene: tuple[float, float, float], number: int) -> tuple[float, float, float]:
     """Error (px, NaN where nothing was found), stated uncertainty and time (µs) of one frame."""
     stretch, height, flare = scene
-    rng = np.random.default_rng([seed, 31, round(1000 * stretch), round(1000 * (height + 1)), round(100 * flare), number])
+    rng = np.random.default_rng(
+        [seed, 31, round(1000 * stretch), round(1000 * (height + 1)), round(100 * flare), number]
+    )
     across, along = RADIUS * stretch + MARGIN_PX, RADIUS / stretch**2 + MARGIN_PX
     x, y = across + rng.uniform(), along + rng.uniform()
     row = y - height * RADIUS / stretch**2

@@ -64,9 +64,7 @@ def arc_nodes(shape: EllipseShape) -> tuple[Floats, Floats, Floats, Floats]:
     return points, normals, jacobian, speed * 2.0 * math.pi / ARC_NODES
 
 
-def edge_information(
-    noise: float, noise_dark: float, blur_px: float, contrast: float, smear_px: float = 0.0
-) -> Floats:
+def edge_information(noise: float, noise_dark: float, blur_px: float, contrast: float, smear_px: float = 0.0) -> Floats:
     """Information (4 x 4) of 1 px of edge about displacement, level inside, level outside and ln blur.
 
     ``smear_px`` is the way across the edge during the exposure.
@@ -113,8 +111,8 @@ def cramer_rao_bound(
     the same), ``contrast`` the difference of the levels, ``blur_px`` the sigma of the edge (optics and pixel),
     ``motion_px`` the way during the exposure (x, y), which smears the edge evenly where it lies across, ``visible``
     the share of the perimeter that is seen, from the bottom up, and ``right_px`` the column at which the picture
-    ends. The two grey levels, the slope of the ground (two components) and the blur are nuisance parameters. Fisher information of independent
-    Gaussian pixels, integrated along the arc; grey levels count within 12 px of the edge.
+    ends. The two grey levels, the slope of the ground (two components) and the blur are nuisance parameters. Fisher
+    information of independent Gaussian pixels, integrated along the arc; grey levels count within 12 px of the edge.
     """
     points, normals, jacobian, length = arc_nodes(shape)
     kept = (points[:, 1] >= visible_top(shape, visible)) & (points[:, 0] < right_px)

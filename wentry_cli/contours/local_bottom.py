@@ -10,19 +10,18 @@ from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.arc import J, farthest, quadrant_table, sector_angles, semi_axes
-from wentry_cli.contours.ellipse import SilhouetteFit
-from wentry_cli.contours.likelihood import COUNT
-from wentry_cli.contours.refine import (
+from wentry_cli.contours.band_solution import (
     HALF_PX,
     SECTOR_ANGLE,
     SECTOR_PX,
     Band,
     first_belief,
     gather_band,
-    invert_block,
-    residual_statistics,
     solve_band,
 )
+from wentry_cli.contours.ellipse import SilhouetteFit
+from wentry_cli.contours.likelihood import COUNT
+from wentry_cli.contours.refine import invert_block, residual_statistics
 from wentry_cli.contours.sectors import LEAST_PIXELS, LEVEL_IN, WEIGHT
 from wentry_cli.imaging.patch import Patch
 
