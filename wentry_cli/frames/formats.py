@@ -78,4 +78,5 @@ def _unknown(path: Path, suffix: str) -> str:
         return "a single image; give its folder as the source"
     close = get_close_matches(suffix, list(FORMATS), n=1, cutoff=0.5)
     guess = f"; did you mean '{path.stem}{close[0]}'?" if close else ""
-    return f"files of kind '{suffix}' are not read{guess} Supported: {SUPPORTED}"
+    kind = f"files of kind '{suffix}'" if suffix else "files without an ending"
+    return f"{kind} are not read{guess or ';'} supported: {SUPPORTED}"
