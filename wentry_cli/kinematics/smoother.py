@@ -3,7 +3,8 @@
 ``impact_aware``: no process noise before the first event (ballistic), a Gaussian jump of the acceleration at each
 event, process noise q∞ + q₀ exp(−(t − t₀)/τ) after it, a state of order 4, averaged over the hyperparameters that the
 data allow (``averaging``). Within four frames of an event a quarter is a state of order 3: no smoothness that holds
-elsewhere can be taken for granted in a slam that lasts two or three frames. ``gcv`` and ``epps`` are plain quintic smoothing splines
+elsewhere can be taken for granted in a slam that lasts two or three frames. ``gcv`` and ``epps`` are plain quintic
+smoothing splines
 whose parameter is chosen by generalised cross validation, or at the elbow of roughness against error (Epps, Truscott &
 Techet 2010, the paper's route); they are the same model without events, so they carry standard errors too.
 """
