@@ -71,7 +71,7 @@ def solve_entry_motion(
     # the impact stops the bottom of a soft sphere at once, its centre only by and by
     stopped = replace(ballistic, velocity_jump=0.0 if rigid else _speed(times, bottom[0]))
     pairs = (bottom, (height, height_unc))
-    random = [_random_part(times, *pair) for pair in pairs]
+    random = _random_parts(times, bottom, resting, height, radius_m)
     tracks = [
         smooth_track(times, pair[0], u, events_s=(0.0,), mode=mode, ballistic=known)
         for pair, u, known in zip(pairs, random, (stopped, ballistic), strict=True)
@@ -95,6 +95,20 @@ def solve_entry_motion(
         bottom=tracks[0],
         centre=tracks[1],
     )
+
+
+def _random_parts(
+    times: Array, bottom: tuple[Array, Array], stretch: tuple[Array, Array], height: Array, radius: float
+) -> tuple[Array, Array]:
+    """What scatters of y_b and of y_c: of y_c the parts of y_b and of λ, each by its own scatter, then both together.
+
+    An uncertainty that is mostly common to all frames (a scale) must not hide that λ scatters more where one view sees
+    it alone.
+    """
+    low = _random_part(times, *bottom)
+    wide = np.where(stretch[1] > 0.0, _random_part(times, *stretch), 0.0)
+    both = np.hypot(low, 2.0 * radius / stretch[0] ** 3 * wide)
+    return low, _random_part(times, height, both)
 
 
 def _random_part(times: Array, position: Array, unc: Array) -> Array:
