@@ -57,7 +57,7 @@ def find_necks(
     for index in interior_minima(width):
         prominence = prominence_of(width, index)
         if prominence >= max(min_prominence_px, 6.0 * edge_unc_px):
-            row, narrowest, misfit = find_vertex(y, width, index, noise=np.sqrt(2.0) * edge_unc_px)
+            row, narrowest, misfit = find_vertex(y, width, index, np.sqrt(2.0) * edge_unc_px)
             unc = float(np.hypot(edge_unc_px / np.sqrt(2.0), misfit))
             necks.append(Neck(row, 0.5 * narrowest, unc, prominence))
     return necks

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import cast
 
 from wentry_cli.errors import InputError
+from wentry_cli.frames.decoded import shared
 from wentry_cli.frames.reader import Recording
 
 PACKAGE = "wentry_cli.frames"
@@ -35,9 +36,11 @@ def open_recording(path: Path, *, fps: float | None = None, frames: tuple[int, i
 
     ``fps`` is the camera's rate where the user gives it: it wins over the file's. ``frames`` (first, last) is the part
     that will be used: a recording that was cut off behind it is accepted; the frames themselves are selected by
-    ``orient``. Raises InputError, one sentence, where the source is missing, unreadable or inconsistent.
+    ``orient``. Inside of ``decoded_once`` each of its frames is decoded once.
+
+    Raises InputError, one sentence, where the source is missing, unreadable or inconsistent.
     """
-    recording = _open(Path(path), frames)
+    recording = shared((Path(path), frames), lambda: _open(Path(path), frames))
     if fps is None:
         return recording
     from wentry_cli.frames.given_rate import GivenRate

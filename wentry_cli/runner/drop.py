@@ -13,6 +13,7 @@ from typing import Any
 from wentry_cli import progress
 from wentry_cli.config.campaign import Drop
 from wentry_cli.errors import InputError, TooFewMeasurementsError, WentryError
+from wentry_cli.frames.decoded import decoded_once
 from wentry_cli.pipeline import STAGES as ALL_STAGES
 from wentry_cli.pipeline import Stage
 from wentry_cli.provenance import digest_of_file, peak_memory_mb
@@ -58,7 +59,8 @@ def run_drop(results: Path, drop: Drop, stages: list[Stage], choice: Choice, rep
     """
     running = [stages[0].name if stages else ""]
     try:
-        _run_steps(results, drop, stages, choice, report, running)
+        with decoded_once(results / drop.name):
+            _run_steps(results, drop, stages, choice, report, running)
     except WentryError as error:
         failure = Failure(drop.name, running[0], error.exit_code, str(error))
     except Exception as bug:
