@@ -63,7 +63,8 @@ y_b_source | – | text | local or ellipse
 separation_y_px | px | float | row of the separation line
 ±
 separation_y_m | m | float | height of the separation line
-tilt_deg | ° | float | tilt of the ellipse's short axis; empty where not fitted
+tilt_deg | ° | float | tilt of the axis of revolution; positive moves the lower pole to the right
+±
 arc_fraction | 1 | float | share of the outline that was visible and used
 gated_fraction | 1 | float | share of the visible sectors left out of the fit
 residual_rms_px | px | float | rms distance of the edge from the ellipse

@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.arc import J, farthest, quadrant_table, sector_angles, semi_axes
+from wentry_cli.contours.discrepancy import residual_statistics
 from wentry_cli.contours.ellipse import SilhouetteFit
 from wentry_cli.contours.likelihood import COUNT
+from wentry_cli.contours.normal_equations import invert_block
 from wentry_cli.contours.refine import (
     HALF_PX,
     SECTOR_ANGLE,
@@ -19,8 +21,6 @@ from wentry_cli.contours.refine import (
     Band,
     first_belief,
     gather_band,
-    invert_block,
-    residual_statistics,
     solve_band,
 )
 from wentry_cli.contours.sectors import LEAST_PIXELS, LEVEL_IN, WEIGHT
@@ -169,7 +169,7 @@ def refine_bottom(
         return nan, nan, nan, nan, POOR
     if share_kept(sums, verdict) < LEAST_KEPT:
         return nan, nan, nan, nan, OCCLUDED
-    residual, chi2 = residual_statistics(sums, verdict, 3)
+    residual, chi2 = residual_statistics(verdict, 3)
     t = lowest_place(moved, depth, half_angle)
     if math.isnan(chi2) or not abs(t) < 1.0 or farthest(cap.rows, moved) > MOST_SHIFT_PX:
         return nan, nan, nan, nan, POOR
