@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.errors import ConfigurationError
-from wentry_cli.mechanics import stepping
+from wentry_cli.mechanics import extrema, stepping
 from wentry_cli.mechanics.bergstrom_boyce import (
     FULL_SIZE,
     SENSITIVITY_NAMES,
@@ -35,7 +35,7 @@ class Trajectory:
     """One oscillation. Times in s from the release; arrays are sampled at ``t_s``.
 
     ``event_*`` are all extrema and crossings of λ = 1 in the order in which they happen, ``event_kind`` one of
-    ``stepping.PEAK``, ``VALLEY``, ``UPWARD``, ``DOWNWARD``; the release itself is not among them.
+    ``extrema.PEAK``, ``VALLEY``, ``UPWARD``, ``DOWNWARD``; the release itself is not among them.
     ``sensitivities`` has a row per time and a column per name in ``PARAMETERS`` (or no column): dλ/dλ₀, dλ/d ln ε̇₀,
     dλ/dn, dλ/d ln G∞, dλ/d ln G_T, dλ/d ln λ_p(0).
     ``energy_error`` is the largest violation of the energy balance over the initial energy.
@@ -68,7 +68,7 @@ class Trajectory:
     @property
     def period_s(self) -> float:
         """Time from the release to the next extremum of the same sense; NaN where none was reached."""
-        same = self.times_of(stepping.PEAK if self.stretch_0 > 1.0 else stepping.VALLEY)
+        same = self.times_of(extrema.PEAK if self.stretch_0 > 1.0 else extrema.VALLEY)
         return float(same[0]) if same.size else math.nan
 
 
@@ -112,7 +112,10 @@ def find_period(material: Material, stretch_0: float, *, tolerance: float = 1e-1
     NaN where the sphere creeps back without passing another extremum within 40 small-amplitude periods.
     """
     duration = 40.0 * SMALL_PERIOD * find_groups(material).time_scale_s
-    return solve_oscillation(material, stretch_0, np.array([duration]), tolerance=tolerance, peaks_wanted=1).period_s
+    peaks = 1 if stretch_0 > 1.0 else 2  # the valley that ends a release below 1 lies between two peaks
+    return solve_oscillation(
+        material, stretch_0, np.array([duration]), tolerance=tolerance, peaks_wanted=peaks
+    ).period_s
 
 
 def _integrate(
@@ -139,7 +142,7 @@ def _integrate(
     status, reached, energy_error = stepping.integrate(groups.as_array(), initial, limits, output, counts)
     if status != stepping.DONE:
         raise ConfigurationError(_refusal(status, groups, stretch_0, reached / max(end, 1e-300)))
-    found = int(counts[stepping.FOUND])
+    found = int(counts[extrema.FOUND])
     return Trajectory(
         groups=groups,
         stretch_0=stretch_0,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
 from wentry_cli.mechanics.bergstrom_boyce import (
@@ -13,6 +12,7 @@ from wentry_cli.mechanics.bergstrom_boyce import (
     energy,
     sensitivity_derivatives,
 )
+from wentry_cli.mechanics.extrema import DOWNWARD, FOUND, PEAK, PEAKS, UPWARD, VALLEY, IntArray, admit, is_left, settle
 from wentry_cli.mechanics.tableau import (
     DENSE_ORDER,
     DENSE_WEIGHTS,
@@ -23,15 +23,13 @@ from wentry_cli.mechanics.tableau import (
 )
 
 DONE, TOO_MANY_STEPS, STEP_TOO_SMALL, TOO_MANY_EVENTS = 0, 1, 2, 3
-PEAK, VALLEY, UPWARD, DOWNWARD = 1, 2, 3, 4
 EVENT_COLUMNS = 5  # time, kind, stretch, rate, x
-FOUND, PEAKS, WRITTEN, ACCEPTED, REJECTED = 0, 1, 2, 3, 4  # places in ``counts``
+WRITTEN, ACCEPTED, REJECTED = 2, 3, 4  # places in ``counts`` behind FOUND and PEAKS
 SAFETY, SHRINK_MOST, GROW_MOST = 0.9, 0.2, 5.0
 SMALLEST_STEP = 1e-14  # of the time reached
 TINY_ERROR = 1e-12
 NEGLIGIBLE = 30.0  # times the tolerance
 
-IntArray = NDArray[np.int64]
 Work = tuple[FloatArray, FloatArray, FloatArray, FloatArray]  # new state, slopes, dense coefficients, marks
 Output = tuple[FloatArray, FloatArray, FloatArray]  # times to sample, states there, events
 
@@ -185,11 +183,11 @@ def _read_step(
     work: Work,
     output: Output,
     counts: IntArray,
-    tolerance: float,
+    scale: tuple[float, float],
 ) -> bool:
     """Write the events and samples inside one accepted step between the times ``span``; False if events are full.
 
-    Extrema and crossings smaller than the error of the integration are rounding and are left out.
+    ``scale`` is λ at the release and the swing that is rounding, by which ``admit`` judges an event.
     """
     y_new, _, dense, marks = work
     samples, sampled, events = output
@@ -202,11 +200,7 @@ def _read_step(
         events[row, 1] = marks[k, 1]
         for c in range(3):
             events[row, 2 + c] = _interpolate(y, dense, c, marks[k, 0])
-        size = abs(events[row, 2] - 1.0) + abs(events[row, 3])
-        if size < NEGLIGIBLE * tolerance:
-            continue
-        counts[FOUND] += 1
-        counts[PEAKS] += 1 if marks[k, 1] == PEAK else 0
+        admit(events, counts, scale[0], scale[1])
     while counts[WRITTEN] < samples.size and samples[counts[WRITTEN]] <= span[1]:
         theta = (samples[counts[WRITTEN]] - span[0]) / h
         for c in range(y.size):
@@ -230,7 +224,8 @@ def integrate(
     slopes = np.empty((STAGES_DENSE, y.size))
     work = (np.empty(y.size), slopes, np.empty((DENSE_ORDER, y.size)), np.empty((4, 2)))
     scratch = np.empty(y.size)
-    samples = output[0]
+    samples, events = output[0], output[2]
+    scale = (initial[0], NEGLIGIBLE * limits[0])
     t, end, worst = 0.0, samples[-1], 0.0
     h = min(0.25 * limits[1], end)
     energy_0 = energy(y[0], y[1], y[2], groups[0])
@@ -258,13 +253,14 @@ def integrate(
         if turns or crosses or (counts[WRITTEN] < samples.size and samples[counts[WRITTEN]] <= t_new):
             _stages(y, t_new - t, groups, (STAGES + 1, STAGES_DENSE), scratch, slopes)
             _prepare_dense(y, y_new, t_new - t, slopes, work[2])
-            if not _read_step(y, (t, t_new), work, output, counts, limits[0]):
+            if not _read_step(y, (t, t_new), work, output, counts, scale):
                 return TOO_MANY_EVENTS, t, worst
         y[:] = y_new
         slopes[0, :] = slopes[STAGES]
         t = t_new
         worst = max(worst, abs(energy(y[0], y[1], y[2], groups[0]) + y[3] - energy_0))
-        if limits[3] > 0.0 and counts[PEAKS] >= limits[3]:
+        if limits[3] > 0.0 and counts[PEAKS] >= limits[3] and is_left(events, counts, y[0], scale[1]):
             break
         h *= min(GROW_MOST, SAFETY * error**-0.125) if error > TINY_ERROR else GROW_MOST
+    settle(events, counts, y[0], scale[1])
     return DONE, t, worst / energy_0 if energy_0 > 0.0 else worst
