@@ -38,6 +38,9 @@ class Flow:
         from wentry_cli.runner.commands import Order, raise_failures
         from wentry_cli.runner.plan import Choice
 
+        if not self.quiet:
+            for note in campaign.notes:
+                click.echo(note, err=True)
         choice = Choice(self.force, self.until, self.verify)
         order = Order(command, choice, Hands(self.jobs, self.cluster), shown)
         if self.dry_run:

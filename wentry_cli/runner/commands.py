@@ -9,6 +9,7 @@ from typing import Any
 import yaml
 
 from wentry_cli.config.campaign import Drop, find_drops, read_drop
+from wentry_cli.config.inheritance import find_shared, notes_of
 from wentry_cli.config.places import Document, Place, read_value
 from wentry_cli.errors import CampaignError, ConfigurationError, InputError, WentryError
 from wentry_cli.pipeline import CampaignStage, Stage, campaign_stages_of, stages_of
@@ -56,10 +57,11 @@ class Order:
 
 @dataclass
 class Campaign:
-    """The drops that can be run, and the failures so far."""
+    """The drops that can be run, the failures so far, and what the user should hear of a ``campaign.yaml``."""
 
     drops: list[Drop]
     failures: list[Failure] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
     @property
     def size(self) -> int:
@@ -94,15 +96,17 @@ def read_campaign(video_dir: Path, settings: tuple[str, ...] = (), only: tuple[s
     """
     overrides = overrides_document(settings)
     found = find_drops(video_dir)
-    campaign = Campaign([])
-    for name in _selected(list(found), only, video_dir):
+    names = _selected(list(found), only, video_dir)
+    told = [note for name in names for note in notes_of(find_shared(found[name], video_dir), video_dir)]
+    campaign = Campaign([], notes=list(dict.fromkeys(told)))
+    for name in names:
         try:
-            campaign.drops.append(read_drop(name, found[name], overrides))
+            campaign.drops.append(read_drop(name, found[name], overrides, video_dir))
         except WentryError as error:
             campaign.failures.append(Failure(name, CONFIGURATION, error.exit_code, str(error)))
     if not campaign.drops:
         lines = dict.fromkeys(line for failure in campaign.failures for line in failure.sentence.splitlines())
-        raise ConfigurationError("\n".join(lines))
+        raise ConfigurationError("\n".join([*lines, *campaign.notes]))
     return campaign
 
 

@@ -42,7 +42,7 @@ def campaign_status(results: Path, only: tuple[str, ...] = ()) -> States:
 def _as_configured_today(drop: Drop) -> Drop:
     """The drop as its ``experiment.yaml`` describes it now, where that file is still there and right."""
     try:
-        return read_drop(drop.name, drop.folder)
+        return read_drop(drop.name, drop.folder, top=drop.top)
     except WentryError:
         return drop
 
