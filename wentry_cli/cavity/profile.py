@@ -14,7 +14,7 @@ from wentry_cli.imaging.patch import Patch
 
 Floats = NDArray[np.float64]
 
-SURFACE_ROWS = 12  # where the surface band may reach
+SURFACE_ROWS = 12  # where the surface band may reach, and a cavity that has left it is still followed
 RIM_PX = 3  # a row that is dark up to the rim of the patch belongs to the surface band
 FAINTEST = 0.25  # of the contrast: what is darker than that belongs to a wall, however thin
 DARKEST_USEFUL = 0.75  # a wall brighter than this is no wall
@@ -144,5 +144,5 @@ def _silhouette(
     keep[int(np.argmax(counts))] = counts.max() > 0
     left, top, right, bottom, _area = parts.boxes.T
     spans_axis = (left <= axis) & (axis <= right) & (right - left + 1 >= reach)
-    keep |= spans_axis & (top <= 2) & (bottom - top + 1 >= 4)
+    keep |= spans_axis & (top <= SURFACE_ROWS) & (bottom - top + 1 >= 4)
     return parts.mask(keep)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.cavity.crown import rim_width
+from wentry_cli.cavity.detachment import find_apex, hidden_rows
 from wentry_cli.cavity.dome_over import DomeOver, disc_level, find_dome_over, find_rim_closure
 from wentry_cli.cavity.follow import measure_profiles, sphere_outlines
 from wentry_cli.cavity.neck import NeckFollower, NeckTrack, find_necks
@@ -46,6 +47,7 @@ class _SideView:
     starts: list[CavityStart]
     separation_px: Floats
     pixels: PixelMap
+    surface_unc_px: float
     radius_px: float
     exposure_s: float
     scale_unc: float
@@ -54,6 +56,11 @@ class _SideView:
     def metres(self, x_px: Floats | float, y_px: Floats | float) -> tuple[Floats, Floats]:
         """The one map from pixels to metres."""
         return pixel_to_metre(x_px, y_px, self.pixels)
+
+    def apex(self, profile: CavityProfile) -> float:
+        """Depth of the cavity's apex below the surface, px."""
+        depth = profile.y_px - self.pixels.surface_y_px
+        return find_apex(depth, profile.width_px, hidden_rows(self.surface_unc_px))
 
     def after_impact(self, t_s: float, t_unc_s: float) -> tuple[float, float]:
         """A time after impact with the uncertainty of the impact in it."""
@@ -102,7 +109,7 @@ def run(folder: Path, drop: Drop) -> None:
     view = _side_view(folder, drop)
     rows, follower = _Rows([]), NeckFollower()
     count = view.t_s.size
-    tops = np.full(count, np.nan)
+    tops, apexes = np.full(count, np.nan), np.full(count, np.nan)
     clip = open_clip(folder, drop, "side")
     try:
         ground, _ = flat_field(drop, "side", clip)
@@ -116,14 +123,15 @@ def run(folder: Path, drop: Drop) -> None:
                 rows.add(frame, profile, view)
                 follower.add(frame, find_necks(profile.y_px, profile.width_px, edge_unc_px=profile.edge_unc_px))
                 tops[frame] = profile.top_y_px
-        crown = None if has_table(folder, "top") else _crown_closure(clip, ground, view)
+                apexes[frame] = view.apex(profile)
+        dome = _dome_over(folder, drop) if has_table(folder, "top") else _crown_closure(clip, ground, view)
     finally:
         clip.close()
     tracks = follower.tracks()
-    seal = find_seal(tracks, _scene(view, tops))
+    seal = find_seal(tracks, _scene(view, (tops, apexes), dome))
     write_table(folder, "cavity", new_table("cavity", rows.table()))
     write_table(folder, "neck", new_table("neck", _neck_columns(tracks, seal, view)))
-    events = _events(view, seal, crown or _dome_over(folder, drop))
+    events = _events(view, seal, dome)
     write_table(folder, "events", new_table("events", {name: [row[name] for row in events] for name in events[0]}))
 
 
@@ -148,6 +156,7 @@ def _side_view(folder: Path, drop: Drop) -> _SideView:
         starts=starts,
         separation_px=column["separation_y_px"],
         pixels=pixels,
+        surface_unc_px=float(np.nan_to_num(row["surface_y_px_unc"])),
         radius_px=radius,
         exposure_s=float(np.nan_to_num(row["exposure_s"])),
         scale_unc=water_unc / water,
@@ -155,9 +164,18 @@ def _side_view(folder: Path, drop: Drop) -> _SideView:
     )
 
 
-def _scene(view: _SideView, tops: Floats) -> Scene:
-    sphere_top = np.array([np.nan if sphere is None else sphere.top_y_px for sphere in view.spheres])
-    return Scene(view.t_s, sphere_top, tops, view.pixels.surface_y_px, view.radius_px, view.exposure_s)
+def _scene(view: _SideView, tops: tuple[Floats, Floats], dome: DomeOver) -> Scene:
+    return Scene(
+        time_s=view.t_s,
+        sphere_top_px=np.array([np.nan if sphere is None else sphere.top_y_px for sphere in view.spheres]),
+        cavity_top_px=tops[0],
+        apex_px=tops[1],
+        surface_px=view.pixels.surface_y_px,
+        radius_px=view.radius_px,
+        exposure_s=view.exposure_s,
+        surface_unc_px=view.surface_unc_px,
+        dome_over_s=dome.t_s - dome.t_unc_s,
+    )
 
 
 def _neck_columns(tracks: Sequence[NeckTrack], seal: Seal, view: _SideView) -> dict[str, Any]:
