@@ -59,7 +59,9 @@ class Seal:
     fit: ClosureFit | None = None
 
 
-NOT_IDENTIFIED = Seal(*[float("nan")] * 4, value="", status="not_identified")
+def _no_seal(status: str) -> Seal:
+    nan = float("nan")
+    return Seal(nan, nan, nan, nan, "", status)
 
 
 def find_seal(tracks: Sequence[NeckTrack], scene: Scene) -> Seal:
@@ -78,7 +80,7 @@ def find_seal(tracks: Sequence[NeckTrack], scene: Scene) -> Seal:
         return _not_seen(tracks, fits, scene)
     at_surface = Seal(left.t_s, left.t_unc_s, scene.surface_px, scene.surface_unc_px, "surface_seal", "ok")
     if left.t_s + SURE * left.t_unc_s < scene.dome_over_s:
-        return NOT_IDENTIFIED
+        return _no_seal("not_identified")
     if not closed:
         return at_surface
     first = min(closed)[1]
@@ -86,7 +88,7 @@ def find_seal(tracks: Sequence[NeckTrack], scene: Scene) -> Seal:
     apart = SURE * float(np.hypot(at_depth.t_unc_s, left.t_unc_s))
     if not left.t_s < at_depth.t_s + apart:
         return at_depth
-    return at_surface if left.t_s < at_depth.t_s - apart else NOT_IDENTIFIED
+    return at_surface if left.t_s < at_depth.t_s - apart else _no_seal("not_identified")
 
 
 def _detachment(scene: Scene) -> Detachment:
@@ -151,7 +153,6 @@ def _interpolate(t_s: float, times: Floats, values: Floats) -> float:
 
 
 def _not_seen(tracks: Sequence[NeckTrack], fits: Sequence[ClosureFit], scene: Scene) -> Seal:
-    nan = float("nan")
     last = scene.time_s.size - 1
     open_at_end = any(
         track.frame[-1] >= last - 3 and fit.status in {"clip_ended", "too_few"}
@@ -160,5 +161,5 @@ def _not_seen(tracks: Sequence[NeckTrack], fits: Sequence[ClosureFit], scene: Sc
     refused = any(fit.status == "poor_fit" for fit in fits)
     still_open = bool(np.isfinite(scene.cavity_top_px[-3:]).any())
     if open_at_end or (still_open and not refused):
-        return Seal(nan, nan, nan, nan, "", "clip_ended")
-    return Seal(nan, nan, nan, nan, "", "poor_fit" if refused else "no_neck")
+        return _no_seal("clip_ended")
+    return _no_seal("poor_fit" if refused else "no_neck")
