@@ -91,8 +91,8 @@ event | – | text | impact, dome_over, second_cavity, pinch_off
 index | 1 | int | number of the event of this kind, from 1
 t_s | s | float | time after impact
 ±
-y_m | m | float | height where it happens
-value | – | text | pinch_off: deep_seal, surface_seal or sphere_seal
+y_m | m | float | height where it happens; dome_over: of the rim, from the side view
+value | – | text | dome_over: the view; second_cavity: its number; pinch_off: deep_seal, surface_seal or sphere_seal
 status | – | text | ok, or why something in this row is not measured
 
 # stretch | stretch | frame

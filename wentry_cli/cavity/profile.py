@@ -17,7 +17,7 @@ from wentry_cli.imaging.patch import Patch
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
-SURFACE_ROWS = 12  # where the surface band may reach
+SURFACE_ROWS = 12  # where the surface band may reach, and a cavity that has left it is still followed
 RIM_PX = 3  # a row that is dark up to the rim of the patch belongs to the surface band
 FAINTEST = 0.25  # of the contrast: what is darker than that belongs to a wall, however thin
 DARKEST_USEFUL = 0.75  # a wall brighter than this is no wall
@@ -174,7 +174,7 @@ def _belongs(runs: tuple[Ints, Ints, Ints, Ints], boxes: Ints, sphere: tuple[int
         best = part if counts[part] > counts[best] else best
         left, top, right, bottom = boxes[part, 0], boxes[part, 1], boxes[part, 2], boxes[part, 3]
         spans_axis = left <= axis <= right and right - left + 1 >= reach
-        keep[part] = spans_axis and top <= 2 and bottom - top + 1 >= 4
+        keep[part] = spans_axis and top <= SURFACE_ROWS and bottom - top + 1 >= 4
     if keep.size and counts[best] > 0:
         keep[best] = True
     return keep
