@@ -63,7 +63,8 @@ y_b_source | – | text | local or ellipse
 separation_y_px | px | float | row of the separation line
 ±
 separation_y_m | m | float | height of the separation line
-tilt_deg | ° | float | tilt of the ellipse's short axis; empty where not fitted
+tilt_deg | ° | float | tilt of the axis of revolution; positive moves the lower pole to the right
+±
 arc_fraction | 1 | float | share of the outline that was visible and used
 gated_fraction | 1 | float | share of the visible sectors left out of the fit
 residual_rms_px | px | float | rms distance of the edge from the ellipse
@@ -90,8 +91,8 @@ event | – | text | impact, dome_over, second_cavity, pinch_off
 index | 1 | int | number of the event of this kind, from 1
 t_s | s | float | time after impact
 ±
-y_m | m | float | height where it happens
-value | – | text | pinch_off: deep_seal, surface_seal or sphere_seal
+y_m | m | float | height where it happens; dome_over: of the rim, from the side view
+value | – | text | dome_over: the view; second_cavity: its number; pinch_off: deep_seal, surface_seal or sphere_seal
 status | – | text | ok, or why something in this row is not measured
 
 # stretch | stretch | frame

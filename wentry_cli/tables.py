@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import os
 import tempfile
 from collections.abc import Iterator
@@ -93,9 +94,21 @@ def write_table(folder: Path, name: str, frame: pd.DataFrame) -> Path:
         raise KeyError(f"{name}.csv: missing columns {missing}, unknown columns {unknown}")
     path = table_path(folder, name)
     ordered = _typed(frame[table.names], table)
-    with replacing(path) as temporary:
-        ordered.to_csv(temporary, index=False, float_format=FLOAT_FORMAT, lineterminator="\n", encoding="utf-8")
+    columns = [_cells(ordered[column.name], column.kind) for column in table.columns]
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(table.names)
+        writer.writerows(zip(*columns, strict=True))
     return path
+
+
+def _cells(column: pd.Series[Any], kind: str) -> list[str]:
+    """The text of a column: one format for all of its numbers at once is five times faster than one after the other."""
+    if kind == "float":
+        numbers = column.to_numpy().tolist()
+        text = (f"{FLOAT_FORMAT}\n" * len(numbers) % tuple(numbers)).split("\n")[:-1]
+        return ["" if cell == "nan" else cell for cell in text]
+    return ["" if gone else str(cell) for cell, gone in zip(column.tolist(), column.isna().tolist(), strict=True)]
 
 
 def read_table(folder: Path, name: str) -> pd.DataFrame:

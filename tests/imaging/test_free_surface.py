@@ -30,6 +30,14 @@ def test_a_sloping_surface_is_read_at_the_column_asked_for() -> None:
     assert found.y_px == pytest.approx(102.0, abs=0.15)
 
 
+def test_strips_that_show_something_else_do_not_tilt_the_surface() -> None:
+    level = scene(100.0, 3.0, 0.5)
+    level[:, 70:135] = np.roll(level[:, 70:135], 4, axis=0)  # 6 of 24 strips, on one side
+    found = find_free_surface(level, x_px=120.0)
+    assert abs(found.y_px - 100.0) < 3.0 * found.unc_px
+    assert found.unc_px < 0.1
+
+
 def test_an_uneven_band_is_less_certain_than_a_line() -> None:
     thick, thin = find_free_surface(scene(100.0, 20.0, 0.5)), find_free_surface(scene(100.0, 2.0, 0.5))
     assert thick.unc_px > 1.0

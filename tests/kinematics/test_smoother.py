@@ -208,7 +208,7 @@ def test_only_ratios_of_the_stated_noise_matter() -> None:
     truth = fall("soft")
     seen = truth.y + 2.5e-5 * np.random.default_rng(2).normal(size=truth.t.size)
     tracks = [smooth_track(truth.t, seen, u, events_s=(0.0,), ballistic=FALL) for u in (2.5e-5, 2.5e-4)]
-    assert np.allclose(tracks[0].frames.velocity_unc, tracks[1].frames.velocity_unc, rtol=0.05)
+    assert np.allclose(tracks[0].frames.velocity_unc, tracks[1].frames.velocity_unc, rtol=1e-6)
     assert tracks[0].noise_scale == pytest.approx(1.0, abs=0.1)
     assert tracks[1].noise_scale == pytest.approx(0.1, abs=0.01)
 

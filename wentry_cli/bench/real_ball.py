@@ -65,7 +65,9 @@ def run(recording: Path | None) -> list[BenchRow]:
 
 def _own_waves(frames: list[NDArray[Any]], fits: list[SilhouetteFit]) -> Departure:
     """How the ball departs from an ellipse in all frames alike, as the tracker measures it before impact."""
-    patches = [_patch(frame, (fit.center_x_px, fit.center_y_px), False) for frame, fit in zip(frames, fits, strict=True)]
+    patches = [
+        _patch(frame, (fit.center_x_px, fit.center_y_px), False) for frame, fit in zip(frames, fits, strict=True)
+    ]
     found = [measure_departure(patch, fit) for patch, fit in zip(patches, fits, strict=True)]
     return pool_departures(found, fits[0].radius_px)
 
@@ -80,15 +82,13 @@ def _patch(frame: NDArray[Any], place: tuple[float, float], masked: bool) -> Pat
     return Patch(cut, x0, y0, 0.0, math.inf if masked else 1.0 - 0.5 / FULL_SCALE)
 
 
-def _follow(
-    frames: list[NDArray[Any]], method: str, motion: float, departure: Departure
-) -> list[SilhouetteFit]:
+def _follow(frames: list[NDArray[Any]], method: str, motion: float, departure: Departure) -> list[SilhouetteFit]:
     """Fit place, size and stretch in every frame, each from where the last ball was."""
     x, y, radius = START
     fits = []
     for frame in frames:
         patch = _patch(frame, (x, y), method.endswith("masked"))
-        level = method.split(",")[0]
+        level = method.split(",", maxsplit=1)[0]
         guess = EllipseShape(x, y, radius)
         fit = fit_silhouette(
             patch, guess, free="x y R stretch", motion_px=(0.0, motion), level=level, departure=departure
@@ -136,7 +136,6 @@ def _simple_radii(frames: list[NDArray[Any]]) -> tuple[float, float]:
     for frame in frames:
         dark = (frame < FULL_SCALE // 2).astype(np.uint8)
         contours, _ = cv2.findContours(dark, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-        x, y, _ = START
         ball = min(contours, key=lambda c: abs(cv2.boundingRect(c)[2] - 2.0 * START[2]))
         (_, _), (first, second), _ = cv2.fitEllipse(ball)
         outer.append(0.25 * (first + second) + 0.5)

@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.arc import LENGTH, farthest
 from wentry_cli.contours.band_solution import Band, first_belief, gather_band, half_width, solve_band
-from wentry_cli.contours.discrepancy import add_discrepancy, excess_variance, pull_of_sectors
+from wentry_cli.contours.discrepancy import add_discrepancy, excess_variance, pull_of_sectors, residual_statistics
 from wentry_cli.contours.likelihood import COUNT, first_levels
-from wentry_cli.contours.normal_equations import substitute
+from wentry_cli.contours.normal_equations import invert_block
 from wentry_cli.contours.nuisances import Belief
 from wentry_cli.contours.reconsider import other_ellipse
-from wentry_cli.contours.sectors import LEAST_PIXELS, LEVEL_IN, LEVEL_OUT, LN_S, MOVED, VARIANCE, WEIGHT
+from wentry_cli.contours.sectors import LEAST_PIXELS, LEVEL_IN, LEVEL_OUT, LN_S, WEIGHT
+from wentry_cli.contours.turning import no_turn, pixel_turn, wants_tilt
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -42,41 +43,12 @@ def arc_shares(rows: Floats, sums: Floats, verdict: Floats) -> tuple[float, floa
     return seen / total, 1.0 - kept / max(seen, 1e-9)
 
 
-@compiled
-def residual_statistics(sums: Floats, verdict: Floats, size: int) -> tuple[float, float]:
-    """Root mean square of the kept sectors' displacements (px) and their reduced chi square."""
-    weights, squares, chi2, number = 0.0, 0.0, 0.0, 0
-    for k in range(sums.shape[0]):
-        weight = verdict[k, WEIGHT]
-        if weight > 0.0:
-            number += 1
-            weights += weight
-            squares += weight * verdict[k, MOVED] ** 2
-            chi2 += weight * verdict[k, MOVED] ** 2 / verdict[k, VARIANCE]
-    if number <= size:
-        return math.nan, math.nan
-    return math.sqrt(squares / weights), chi2 / max(1.0, weights - size)
-
-
-@compiled
-def invert_block(factor: Floats, size: int, inflation: float) -> Floats:
-    """First ``size`` rows and columns of the inverse, from the Cholesky factor, times ``inflation``."""
-    covariance = np.empty((size, size))
-    unit = np.empty(factor.shape[0])
-    for j in range(size):
-        unit[:] = 0.0
-        unit[j] = 1.0
-        substitute(factor, unit)
-        for i in range(size):
-            covariance[i, j] = inflation * unit[i]
-    return covariance
-
-
 class Solution(NamedTuple):
-    """The last band and what came out of it: beliefs, Cholesky factor, sums and verdict of the sectors."""
+    """The last band and what came out of it: beliefs, step (5), Cholesky factor, sums and verdict of the sectors."""
 
     band: Band
     belief: Belief
+    moved: Floats
     factor: Floats
     sums: Floats
     verdict: Floats
@@ -104,7 +76,7 @@ def settle(
             break
         band = gather_band(values, shape, settings, masked)
         moved, factor, sums, verdict = solve_band(band, belief, free, 0)
-    return Solution(band, belief, factor, sums, verdict)
+    return Solution(band, belief, moved, factor, sums, verdict)
 
 
 @compiled
@@ -127,11 +99,13 @@ def reconsider(
 
 
 @compiled
-def refine_shape(values: NDArray[np.float32], shape: Floats, free: Ints, settings: Floats) -> tuple[Floats, Floats]:
+def refine_shape(
+    values: NDArray[np.float32], shape: Floats, free: Ints, settings: Floats
+) -> tuple[Floats, Floats, Floats]:
     """Maximise the likelihood from a start that is right to a fraction of a pixel; ``shape`` is moved in place.
 
-    ``settings`` as in `Band`. Returns the covariance of the free parameters and the report (status, blur, arc,
-    gated, residual, levels inside and outside, variance of the departure from an ellipse).
+    ``settings`` as in `Band`. Returns the covariance of the free parameters, the report (status, blur, arc, gated,
+    residual, levels inside and outside, variance of the departure from an ellipse), and the turn (see `turning`).
     """
     report = np.zeros(REPORT)
     report[STATUS] = LOST
@@ -144,17 +118,17 @@ def refine_shape(values: NDArray[np.float32], shape: Floats, free: Ints, setting
         band = gather_band(values, shape, settings, masked)
     belief = first_belief(band)
     if math.isnan(belief.nuisance[LEVEL_IN]):
-        return nothing, report
+        return nothing, report, no_turn()
     solution = settle(values, shape, free, band, belief, masked, report)
     if report[STATUS] == 0.0 and report[GATED] > DOUBTFUL:
         solution = reconsider(values, shape, free, solution, masked, report)
     if report[STATUS] != 0.0:
-        return nothing, report
-    band, belief, factor, sums, verdict = solution
-    report[RESIDUAL], chi2 = residual_statistics(sums, verdict, free.size)
+        return nothing, report, no_turn()
+    band, belief, moved, factor, sums, verdict = solution
+    report[RESIDUAL], chi2 = residual_statistics(verdict, free.size)
     if math.isnan(chi2):
         report[STATUS] = LOST
-        return nothing, report
+        return nothing, report, no_turn()
     report[BLUR] = math.exp(belief.nuisance[LN_S])
     report[IN], report[OUT] = belief.nuisance[LEVEL_IN], belief.nuisance[LEVEL_OUT]
     covariance = invert_block(factor, free.size, max(1.0, chi2))
@@ -162,4 +136,7 @@ def refine_shape(values: NDArray[np.float32], shape: Floats, free: Ints, setting
     excess = excess_variance(verdict, free.size)
     weight = verdict[:, WEIGHT].copy()
     report[WAVES] = add_discrepancy(covariance, factor, pull, band.rows, weight, free, excess)
-    return covariance, report
+    turn = no_turn()
+    if wants_tilt(free):
+        turn = pixel_turn(sums, verdict, band.rows, band.scene, free, moved, belief)
+    return covariance, report, turn

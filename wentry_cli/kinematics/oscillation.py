@@ -100,6 +100,8 @@ def find_oscillation(
     if track.status != "ok":
         return Oscillation((), (), None, "too_few")
     extrema = _significant(_extrema(track), minimum_swing)
+    if len(extrema) == 1 and not _stands_out(extrema[0], track, minimum_swing):
+        extrema = ()
     extrema = tuple(_with_common(e, track, spread[after]) for e in extrema)
     periods = _periods(track, extrema)
     return Oscillation(extrema, periods, track, "ok" if periods else "too_few")
@@ -154,6 +156,16 @@ def _significant(extrema: tuple[Extremum, ...], minimum_swing: float) -> tuple[E
     while kept and not kept[0].peak:
         del kept[0]
     return tuple(kept)
+
+
+def _stands_out(lone: Extremum, track: SmoothTrack, minimum_swing: float) -> bool:
+    """Whether an extremum without neighbours differs enough from where the record begins or ends."""
+    times = track.frames.times_s[[0, -1]]
+    ends = track.evaluate(times)
+    return any(
+        _swing(lone, Extremum(float(t), NO_TIME, float(value), float(unc), False), minimum_swing) >= 1.0
+        for t, value, unc in zip(times, ends.position, ends.position_unc, strict=True)
+    )
 
 
 def _with_common(extremum: Extremum, track: SmoothTrack, stated: Array) -> Extremum:

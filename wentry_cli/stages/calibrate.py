@@ -40,17 +40,8 @@ def calibrate_impact(results: Path, drops: Sequence[Drop]) -> list[str]:
     was measured, ``ConfigurationError`` where a sphere has no material to start from (G∞ must be known),
     ``TooFewMeasurementsError`` where no sphere could be fitted; the table is written before that.
     """
-    groups: dict[str, list[Drop]] = {}
-    for drop in sorted(drops, key=lambda each: each.name):
-        if drop.experiment.kind == "surface_impact" and drop.experiment.deformable:
-            groups.setdefault(drop.experiment.sphere.group, []).append(drop)
-    if not groups:
-        raise InputError(
-            f"{results}: holds no drop of kind surface_impact; process drops on a rigid surface first, "
-            "at several heights for each sphere"
-        )
     rows, warnings = [], []
-    for sphere_id, given in groups.items():
+    for sphere_id, given in drops_by_sphere(results, drops).items():
         own = [_with_compression(results, drop) for drop in given]
         fit = _fit_sphere(results, own)
         rows.append(_impact_row(own[0], sphere_id, fit))
@@ -60,6 +51,39 @@ def calibrate_impact(results: Path, drops: Sequence[Drop]) -> list[str]:
     if all(row["status"] == "too_few" for row in rows):
         raise TooFewMeasurementsError(f"{results}: no sphere could be calibrated; {'; '.join(warnings[:1] + kept[:1])}")
     return warnings + kept
+
+
+def drops_by_sphere(results: Path, drops: Sequence[Drop]) -> dict[str, list[Drop]]:
+    """The drops of each sphere that are fitted together; raises ``InputError`` where there is none."""
+    groups: dict[str, list[Drop]] = {}
+    for drop in sorted(drops, key=lambda each: each.name):
+        if drop.experiment.kind == "surface_impact" and drop.experiment.deformable:
+            groups.setdefault(drop.experiment.sphere.group, []).append(drop)
+    if not groups:
+        raise InputError(
+            f"{results}: holds no drop of kind surface_impact; process drops on a rigid surface first, "
+            "at several heights for each sphere"
+        )
+    return groups
+
+
+def why_unused(results: Path, drop: Drop) -> str | None:
+    """Why ``drop`` adds nothing to a calibration, or ``None`` where it does."""
+    if not has_table(results / drop.name, "stretch"):
+        return "its stretch was not measured"
+    return None if _ringing(results / drop.name) is not None else "its first peak was not measured"
+
+
+def rows_of(results: Path, source: str, names: Sequence[str]) -> list[Row]:
+    """The rows of ``materials.csv`` from ``source`` of the spheres (``impact``) or materials ``names``, as plain data.
+
+    What was not measured is ``None``.
+    """
+    table = read_table(results, "materials")
+    key = "sphere_id" if source == "impact" else "material"
+    table = table[(table["source"] == source) & table[key].isin(list(names))]
+    records = table.astype(object).where(table.notna(), None).to_dict("records")
+    return [{str(name): value for name, value in record.items()} for record in records]
 
 
 def _with_compression(results: Path, drop: Drop) -> Drop:

@@ -22,6 +22,7 @@ from wentry_cli.synthetic.outline import measure_outline
 from wentry_cli.synthetic.periods import PERIOD_DEFINITION, Periods, find_periods
 from wentry_cli.synthetic.ring_cavity import find_contact
 from wentry_cli.synthetic.side_view import Instant, find_film, see_instant
+from wentry_cli.synthetic.splash import find_dome_height
 from wentry_cli.synthetic.top_view import find_magnification, shows_circle
 
 Floats = NDArray[np.float64]
@@ -168,6 +169,7 @@ def summarise_truth(course: Course, side_times: Floats | None) -> dict[str, Any]
         "pinch_off_cavity": cavity.pinch_off_cavity if cavity and cavity.pinch_off_cavity else None,
         "seal_type": cavity.seal_type if cavity else None,
         "dome_over_s": _number(course.dome_over_s),
+        "dome_over_y_m": _number(find_dome_height(course)),
         "period_definition": PERIOD_DEFINITION if periods.ends_s else None,
         "periods": [
             {"start_s": _number(a), "end_s": _number(b)} for a, b in zip(periods.starts_s, periods.ends_s, strict=True)

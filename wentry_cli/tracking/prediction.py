@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
-
-import numpy as np
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 from wentry_cli.contours.ellipse import EllipseShape, SilhouetteFit
 
@@ -58,28 +57,31 @@ class Path:
         use = 3 if len(self.frames) == 3 and span <= LONGEST_CURVED_STEP else 2
         if span > 2 * LONGEST_CURVED_STEP:
             use = 2
-        at = np.array(self.frames[-use:], dtype=np.float64)
-        weights = lagrange_weights(at, float(frame))
-        values = np.array([[item.x, item.bottom_y, item.semi_across] for item in self.shapes[-use:]])
-        x, bottom, across = (float(value) for value in weights @ values)
+        weights = lagrange_weights(self.frames[-use:], frame)
+        near = self.shapes[-use:]
+        x = sum(weight * item.x for weight, item in zip(weights, near, strict=True))
+        bottom = sum(weight * item.bottom_y for weight, item in zip(weights, near, strict=True))
+        across = sum(weight * item.semi_across for weight, item in zip(weights, near, strict=True))
         stretch = last.stretch if span > LONGEST_CURVED_STEP else across / self.radius
         if self.stiff:
             stretch = 1.0
         stretch = min(max(stretch, STRETCH_LIMITS[0]), STRETCH_LIMITS[1])
         if span > LONGEST_CURVED_STEP:
-            centre = float(weights @ np.array([item.y for item in self.shapes[-use:]]))
+            centre = sum(weight * item.y for weight, item in zip(weights, near, strict=True))
             return EllipseShape(x, centre, self.radius, stretch, last.tilt_deg)
-        shape = EllipseShape(x, 0.0, self.radius, stretch, last.tilt_deg)
-        return replace(shape, y=bottom - shape.bottom_y)
+        above = EllipseShape(x, 0.0, self.radius, stretch, last.tilt_deg).bottom_y
+        return EllipseShape(x, bottom - above, self.radius, stretch, last.tilt_deg)
 
 
-def lagrange_weights(at: np.ndarray, frame: float) -> np.ndarray:  # type: ignore[type-arg]
+def lagrange_weights(at: Sequence[float], frame: float) -> list[float]:
     """Weights of values at the points ``at`` for the polynomial through them, taken at ``frame``."""
-    weights = np.ones(at.size)
-    for i in range(at.size):
-        for j in range(at.size):
-            if i != j:
-                weights[i] *= (frame - at[j]) / (at[i] - at[j])
+    weights = []
+    for here in at:
+        weight = 1.0
+        for other in at:
+            if other != here:
+                weight *= (frame - other) / (here - other)
+        weights.append(weight)
     return weights
 
 

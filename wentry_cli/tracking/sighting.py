@@ -35,9 +35,9 @@ class Look:
     ``box`` is what is read (left, top, right, bottom), ``free`` the parameters to fit, ``top_y_px`` the row above
     which the outline is not the sphere's, ``motion_px`` the displacement during the exposure. ``outline`` is ellipse
     or circle (``one_sided``: what disagrees lies outside); ``bottom`` and ``separation`` say what else is measured,
-    ``also_free`` that a second fit leaves radius and tilt free. ``tilt_deg`` is the tilt
-    to start from or to hold; None keeps that of the prediction. ``departure`` is how the outline of this sphere is
-    known to differ from an ellipse.
+    ``also_free`` that a second fit leaves radius and tilt free. ``tilt_deg`` is the tilt to start from or to hold,
+    None keeps that of the prediction, and ``tilt_unc_deg`` how well it is known. ``departure`` is how the outline of
+    this sphere is known to differ from an ellipse.
     """
 
     box: Box
@@ -51,6 +51,7 @@ class Look:
     one_sided: bool = False
     also_free: bool = False
     tilt_deg: float | None = None
+    tilt_unc_deg: float = 0.0
     departure: Departure = NONE
 
 
@@ -143,6 +144,7 @@ def _fit_ellipse(patch: Patch, guess: EllipseShape, look: Look) -> SilhouetteFit
         motion_px=look.motion_px,
         level=look.level,
         departure=look.departure,
+        tilt_unc_deg=look.tilt_unc_deg,
     )
 
 
