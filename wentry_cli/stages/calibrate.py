@@ -83,7 +83,8 @@ def _fit_sphere(results: Path, drops: list[Drop]) -> Calibration:
                 "so name a material of materials.yaml"
             )
     ringings = [ringing for drop in drops if (ringing := _ringing(results / drop.name)) is not None]
-    return fit_flow(sphere_material(drops[0]), ringings)
+    known = drops[0].material
+    return fit_flow(sphere_material(drops[0]), ringings, g_inf_unc_pa=known.g_inf_pa_unc if known is not None else 0.0)
 
 
 def _ringing(folder: Path) -> Ringing | None:
