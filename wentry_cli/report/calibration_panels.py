@@ -1,4 +1,4 @@
-"""Figure 12b, and why 11 is not drawn: what the material's parameters come from."""
+"""Figures 11 and 12b: what the material's parameters come from."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from wentry_cli.report.panel import NotDrawn, Panel
 from wentry_cli.report.style import GREY, WIDE_SIZE, plain
 
 IMPACT_TITLE = "Impact on a rigid surface"
+COMPRESSION_TITLE = "Quasi-static compression"
 
 
 def surface_impacts(campaign: Campaign) -> list[Panel | NotDrawn]:
@@ -70,8 +71,25 @@ def _draw_impacts(figure: FigureBase, data: pd.DataFrame) -> None:
     ax.legend(loc="upper right")
 
 
-def compression(campaign: Campaign) -> NotDrawn:
-    """Panel 11, which needs the force–displacement curve: the results keep its G∞ alone, so the reason is returned."""
-    tested = bool((campaign.materials["source"] == "compression").any())
-    kept = "the results keep G∞ of the compression test (see Materials), not its curve"
-    return NotDrawn("11", "Quasi-static compression", kept if tested else "no compression test was made")
+def compression(campaign: Campaign) -> Panel | NotDrawn:
+    """Panel 11: force on displacement of every compression test, with the curve whose G∞ was fitted."""
+    data = campaign.compression
+    if data.empty:
+        return NotDrawn("11", COMPRESSION_TITLE, "no compression test was made")
+    caption = (
+        "Force of a sphere between two plates over its displacement: measured (squares) and the curve of a "
+        "neo-Hookean sphere without friction (lines), with G∞ and the zero of the displacement fitted."
+    )
+    return Panel("11", "fig_11_compression", COMPRESSION_TITLE, caption, data, partial(_draw_compression, data=data))
+
+
+def _draw_compression(figure: FigureBase, data: pd.DataFrame) -> None:
+    ax = figure.subplots()
+    for number, (name, rows) in enumerate(data.fillna({"sphere_id": ""}).groupby(["material", "sphere_id"])):
+        shown = rows.sort_values("displacement_m")
+        color, label = f"C{number % 10}", plain(" ".join(part for part in map(str, name) if part))
+        thousandth = 1e3 * shown["displacement_m"]
+        ax.plot(thousandth, shown["force_n"], "s", markersize=2.8, color=color, markerfacecolor="none", label=label)
+        ax.plot(thousandth, shown["force_model_n"], color=color, linewidth=1.1)
+    ax.set(xlabel="displacement (mm)", ylabel="force (N)")
+    ax.legend(loc="upper left")

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.errors import ConfigurationError, InputError, TooFewMeasurementsError
 from wentry_cli.mechanics.calibration import Calibration, Ringing, fit_flow
-from wentry_cli.mechanics.compression import fit_compression
+from wentry_cli.mechanics.compression import CompressionFit, compression_force, fit_compression
 from wentry_cli.stages.drop_tables import column
 from wentry_cli.stages.model import first_peak, sphere_material
 from wentry_cli.tables import has_table, new_table, read_table, table_path, write_table
@@ -136,7 +136,7 @@ class CompressionTest:
 def calibrate_compression(
     test: CompressionTest, diameter_m: float, results: Path, *, material: str = "sphere", sphere_id: str = ""
 ) -> None:
-    """Fit G∞ to a force–displacement test and write its row into ``materials.csv`` in ``results``.
+    """Fit G∞ to a force–displacement test; its row goes into ``materials.csv``, its curve into ``compression.csv``.
 
     Raises ``ConfigurationError`` for an impossible diameter, ``TooFewMeasurementsError`` where the test does not
     determine G∞; a row without values is written before that, unless an earlier test of the material was good.
@@ -156,12 +156,32 @@ def calibrate_compression(
         "status": fit.status,
     }
     refused = _merge_rows(results, [row])
+    if fit.status == "ok":
+        _keep_curve(results, test, row, fit)
     if fit.status != "ok":
         reason = "too few points with a load" if fit.status == "too_few" else "the force does not follow the curve"
         raise TooFewMeasurementsError(
             f"{test.path}: G_inf is not determined, {reason}; check the units in the header, the signs and --diameter-m"
             + (f"; {_kept(results)}" if refused else "")
         )
+
+
+def _keep_curve(results: Path, test: CompressionTest, row: Row, fit: CompressionFit) -> None:
+    """Write the points of a test and the fitted curve into ``compression.csv``; those of the same sphere go."""
+    import pandas as pd
+
+    diameter = row["diameter_m"]
+    curve = compression_force((test.displacement_m - fit.zero_offset_m) / diameter)
+    names = {name: row[name] for name in ("material", "sphere_id", "diameter_m")}
+    points = {"displacement_m": test.displacement_m, "force_n": test.force_n}
+    columns = {name: [value] * len(curve) for name, value in names.items()} | points
+    table = new_table("compression", {**columns, "force_model_n": fit.g_inf_pa * diameter**2 * curve})
+    if has_table(results, "compression"):
+        old = read_table(results, "compression")
+        own = (old["material"] == row["material"]) & (old["sphere_id"].fillna("") == (row["sphere_id"] or ""))
+        table = pd.concat([part for part in (old[~own], table) if len(part)], ignore_index=True)
+    table = table.sort_values(["material", "sphere_id"], kind="stable", ignore_index=True)
+    write_table(results, "compression", table)
 
 
 def read_compression(path: Path) -> CompressionTest:
