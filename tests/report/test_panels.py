@@ -122,6 +122,18 @@ def test_compression_test_is_drawn_with_its_curve(campaign: Campaign) -> None:
     assert line.get_xdata() == pytest.approx(1e3 * d)
 
 
+def test_the_line_of_a_calibrated_drop_is_its_fit(campaign: Campaign) -> None:
+    impact = campaign.of("surface_impact")[0]
+    columns = {"drop": [impact.name] * 3, "t_s": [0.0, 0.01, 0.02], "stretch": [1.3, 0.9, 1.1]}
+    fitted = replace(campaign, calibration=new_table("calibration", columns))
+    drawn = [panel for panel in campaign_panels(fitted) if isinstance(panel, Panel) and panel.key == "12b"]
+    data = next(panel.data for panel in drawn if impact.name in set(panel.data["drop"]))
+    line = data[(data["drop"] == impact.name) & (data["series"] == "model, calibrated")]
+    assert line["t_ms"].tolist() == pytest.approx([0.0, 10.0, 20.0])
+    assert line["stretch"].tolist() == [1.3, 0.9, 1.1]
+    assert "joint fit" in drawn[0].caption
+
+
 def test_fit_line_of_the_period_is_the_table_s_slope(panels: list[Panel]) -> None:
     data = next(panel for panel in panels if panel.key == "4b").data
     fit = data[data["series"] == "fit experiment"].iloc[-1]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from wentry_cli.mechanics.bergstrom_boyce import Groups
 
 Extended = np.longdouble
-State = NDArray[np.longdouble]
+State = NDArray[Any]
 
 COLUMNS = 8  # of the extrapolation: order 16
 TOLERANCE = max(1e-16, 50.0 * float(np.finfo(np.longdouble).eps))
@@ -71,7 +72,7 @@ def _extrapolate(derivative: Callable[[State], State], y: State, h: np.longdoubl
             before, now = y, y + part * slope
             for _ in range(parts - 1):
                 before, now = now, before + 2 * part * derivative(now)
-            fresh = [(now + before + part * derivative(now)) / 2]
+            fresh: list[State] = [(now + before + part * derivative(now)) / 2]
             for j in range(1, k):
                 fresh.append(
                     fresh[j - 1] + (fresh[j - 1] - line[j - 1]) / (Extended(k) ** 2 / Extended(k - j) ** 2 - 1)

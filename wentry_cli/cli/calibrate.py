@@ -54,7 +54,7 @@ def impact(results: Path, only: tuple[str, ...], quiet: bool) -> None:
 def compression(csv: Path, diameter_m: float, material: str, results: Path, quiet: bool) -> None:
     """Fit G∞ to the force-displacement test in CSV (header force_N and displacement_m or displacement_mm)."""
     from wentry_cli.runner import commands
-    from wentry_cli.stages import calibrate
+    from wentry_cli.stages import calibrate_compression as calibrate
 
     test = calibrate.read_compression(csv)  # before the lock, which makes the folder
     if test.warning:

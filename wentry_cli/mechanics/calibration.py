@@ -224,7 +224,7 @@ def _covariance(problem: _Problem, minimum: Minimum, shift: FloatArray) -> Float
         variance *= (1.0 + alike) / (1.0 - alike)
     covariance = np.linalg.pinv(minimum.jacobian.T @ minimum.jacobian, hermitian=True) * variance
     covariance[:2, :2] += np.outer(shift, shift)
-    return covariance
+    return np.asarray(covariance)
 
 
 def _result(material: Material, problem: _Problem, minimum: Minimum, shift: FloatArray) -> Calibration:

@@ -79,6 +79,7 @@ class Campaign:
     materials: pd.DataFrame
     table_1: pd.DataFrame
     compression: pd.DataFrame
+    calibration: pd.DataFrame
     run: Mapping[str, Any] = field(default_factory=dict)
     problems: tuple[str, ...] = ()
 
@@ -123,6 +124,7 @@ def read_campaign(results: Path, names: list[str], table_1: pd.DataFrame | None 
         materials=_read(results, "materials", problems),
         table_1=pd.DataFrame(columns=TABLES["materials"].names) if table_1 is None else table_1,
         compression=_read(results, "compression", problems),
+        calibration=_read(results, "calibration", problems),
         run=read_json(results / "run.json"),
         problems=tuple(problems),
     )
