@@ -262,8 +262,9 @@ def integrate(
             prepare_dense((y, y_new), t_new - t, slopes, read, work[2])
             if not _read_step(y, (t, t_new), work, output, counts, limits):
                 return TOO_MANY_EVENTS, t, worst
-        y[:] = y_new
-        slopes[0, :] = slopes[STAGES]
+        for c in range(y.size):
+            y[c] = y_new[c]
+            slopes[0, c] = slopes[STAGES, c]
         t = t_new
         worst = max(worst, abs(energy(y[0], y[1], y[2], groups[0]) + y[3] - energy_0))
         if limits[3] > 0.0 and counts[PEAKS] >= limits[3]:
