@@ -100,9 +100,20 @@ def find_oscillation(
     if track.status != "ok":
         return Oscillation((), (), None, "too_few")
     extrema = _significant(_extrema(track), minimum_swing)
+    if len(extrema) == 1 and all(_swing(extrema[0], end, minimum_swing) < 1.0 for end in _ends(track)):
+        extrema = ()
     extrema = tuple(_with_common(e, track, spread[after]) for e in extrema)
     periods = _periods(track, extrema)
     return Oscillation(extrema, periods, track, "ok" if periods else "too_few")
+
+
+def _ends(track: SmoothTrack) -> tuple[Extremum, ...]:
+    """The first and last state of the track, for a lone extremum to be compared with."""
+    frames = track.frames
+    return tuple(
+        Extremum(float(frames.times_s[i]), 0.0, float(frames.position[i]), float(frames.position_unc[i]), False)
+        for i in (0, -1)
+    )
 
 
 def _fine_times(track: SmoothTrack) -> Array:
