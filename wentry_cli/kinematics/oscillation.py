@@ -100,11 +100,20 @@ def find_oscillation(
     if track.status != "ok":
         return Oscillation((), (), None, "too_few")
     extrema = _significant(_extrema(track), minimum_swing)
-    if len(extrema) == 1 and not _stands_out(extrema[0], track, minimum_swing):
+    if len(extrema) == 1 and all(_swing(extrema[0], end, minimum_swing) < 1.0 for end in _ends(track)):
         extrema = ()
     extrema = tuple(_with_common(e, track, spread[after]) for e in extrema)
     periods = _periods(track, extrema)
     return Oscillation(extrema, periods, track, "ok" if periods else "too_few")
+
+
+def _ends(track: SmoothTrack) -> tuple[Extremum, ...]:
+    """The first and last state of the track, for a lone extremum to be compared with."""
+    frames = track.frames
+    return tuple(
+        Extremum(float(frames.times_s[i]), 0.0, float(frames.position[i]), float(frames.position_unc[i]), False)
+        for i in (0, -1)
+    )
 
 
 def _fine_times(track: SmoothTrack) -> Array:
@@ -156,16 +165,6 @@ def _significant(extrema: tuple[Extremum, ...], minimum_swing: float) -> tuple[E
     while kept and not kept[0].peak:
         del kept[0]
     return tuple(kept)
-
-
-def _stands_out(lone: Extremum, track: SmoothTrack, minimum_swing: float) -> bool:
-    """Whether an extremum without neighbours differs enough from where the record begins or ends."""
-    times = track.frames.times_s[[0, -1]]
-    ends = track.evaluate(times)
-    return any(
-        _swing(lone, Extremum(float(t), NO_TIME, float(value), float(unc), False), minimum_swing) >= 1.0
-        for t, value, unc in zip(times, ends.position, ends.position_unc, strict=True)
-    )
 
 
 def _with_common(extremum: Extremum, track: SmoothTrack, stated: Array) -> Extremum:
