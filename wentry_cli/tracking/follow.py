@@ -30,8 +30,9 @@ UNREADABLE = {"bad_frame", "gap"}
 class Watch:
     """What a path is to be watched for.
 
-    ``learn`` hears of every measured frame, ``accept`` may refuse one that the sphere cannot have reached. A lost sphere
-    is searched for in all rows from ``search_from_px`` down (NaN: nowhere); ``patience`` failures in a row end the path.
+    ``learn`` hears of every measured frame, ``accept`` may refuse one that the sphere cannot have reached. A lost
+    sphere is searched for in all rows from ``search_from_px`` down (NaN: nowhere); ``patience`` failures in a row end
+    the path.
     """
 
     learn: Callable[[Sighting], None] | None = None
