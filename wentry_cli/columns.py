@@ -259,4 +259,19 @@ eps0_dot_1_s | 1/s | float | ε̇₀
 correlation | 1 | float | correlation of ln ε̇₀ and n
 source | – | text | impact, compression or table
 status | – | text | ok, or why something in this row is not measured
+
+# compression | calibrate | material, point
+material | – | text | key of the material, as in materials.csv
+sphere_id | – | text | sphere it was measured on
+diameter_m | m | float | diameter of that sphere
+displacement_m | m | float | approach of the plates as it was measured
+force_n | N | float | force as it was measured
+force_model_n | N | float | G∞ D² f((d − zero)/D) with the fitted G∞ and zero; empty beyond half a diameter
+
+# calibration | calibrate | drop, time
+drop | – | text | drop
+sphere_id | – | text | sphere, whose drops were fitted together
+t_s | s | float | time after impact, from the first peak on
+stretch | 1 | float | λ of the calibrated model, with λ₀, λ_p at the peak and the shift of time of this drop
+stretch_viscous | 1 | float | λ_p of it
 """

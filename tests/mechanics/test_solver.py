@@ -109,6 +109,15 @@ def test_a_flow_without_limit_leaves_the_lasting_network():
     assert find_period(fast, 1.01) / UNIT == pytest.approx(0.9935, abs=2e-3)
 
 
+@pytest.mark.parametrize("stretch_0", [0.7, 1.4])
+def test_the_period_ends_with_an_extremum_of_the_same_sense(stretch_0):
+    times = np.linspace(0.0, 0.03, 30_001)
+    stretch = oracle(ROW_2, stretch_0, times)[0]
+    outward = stretch if stretch_0 > 1.0 else -stretch
+    turns = np.flatnonzero((outward[1:-1] > outward[:-2]) & (outward[1:-1] >= outward[2:])) + 1
+    assert find_period(ROW_2, stretch_0) == pytest.approx(times[turns[0]], abs=1e-6)
+
+
 def test_period_of_a_sphere_that_creeps_is_not_a_number():
     creeping = changed(g_t_pa=690_000.0, tau0_pa=690_000.0, eps0_dot_1_s=2000.0, n=0.0)
     assert math.isnan(find_period(creeping, 1.2))

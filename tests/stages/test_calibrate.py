@@ -11,7 +11,8 @@ from wentry_cli.config.models import Experiment
 from wentry_cli.errors import ConfigurationError, InputError, TooFewMeasurementsError
 from wentry_cli.mechanics.compression import compression_force
 from wentry_cli.mechanics.solver import find_period, solve_oscillation
-from wentry_cli.stages.calibrate import calibrate_compression, calibrate_impact, read_compression
+from wentry_cli.stages.calibrate import calibrate_impact
+from wentry_cli.stages.calibrate_compression import calibrate_compression, read_compression
 from wentry_cli.stages.model import sphere_material
 from wentry_cli.tables import new_table, read_table, write_table
 
@@ -59,6 +60,12 @@ def test_three_heights_recover_the_flow(tmp_path):
     assert 0.98 < row["correlation"] < 1.0
     again = drops[0].with_calibration(tmp_path).material
     assert again.n == pytest.approx(row["n"])
+    curve = read_table(tmp_path, "calibration")
+    for drop in drops:
+        seen, fitted = read_table(tmp_path / drop.name, "stretch"), curve[curve["drop"] == drop.name]
+        after = seen[seen["t_s"] >= fitted["t_s"].iloc[0]]
+        misfit = after["stretch"] - np.interp(after["t_s"], fitted["t_s"], fitted["stretch"])
+        assert np.sqrt(np.mean(misfit**2)) == pytest.approx(0.004, rel=0.1)
 
 
 def test_modulus_of_a_compression_test_is_used(tmp_path):

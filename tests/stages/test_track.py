@@ -96,6 +96,22 @@ def test_a_wall_before_the_water_is_found(tmp_path: Path) -> None:
     assert rms(found["y_b"][found["ok"]]) < 2 * CLEAN_Y_B_PX
 
 
+def test_a_rigid_sphere_behind_a_wall_is_measured_with_the_scale_of_the_water(tmp_path: Path) -> None:
+    sphere = {"diameter_m": 0.051, "material": "rigid"}
+    side = {"width": 288, "height": 480, "scale_px_per_m": 2400.0, "surface_y_px": 150.25}  # 3.7 px of radius apart
+    clip = {"before_s": 0.006, "longest_s": 0.035}
+    folder = render(tmp_path / "drop", sphere=sphere, side=side, switches={"wet_scale": 1.06}, clip=clip)
+    drop, error = measure(folder, tmp_path / "out")
+    assert error is None
+    assert not drop.experiment.deformable
+    geometry = read_table(tmp_path / "out", "geometry").iloc[0]
+    said = truth(folder)[1]
+    assert geometry.scale_water_px_per_m == pytest.approx(said["scale_water_px_per_m"], rel=1e-3)
+    found = errors_px(folder, tmp_path / "out")
+    assert found["ok"].mean() > 0.95
+    assert np.sqrt(np.nanmean(found["y_b"][found["ok"]] ** 2)) < 0.1
+
+
 def test_a_drop_on_a_plate(tmp_path: Path) -> None:
     side = SIDE | {"surface_y_px": 200.375}
     folder = render(tmp_path / "drop", kind="surface_impact", side=side)

@@ -35,7 +35,7 @@ def pinch_off_cavity(
     times = np.concatenate([starts[:1], times[seen]])
     heights = np.concatenate([[0.0], heights[seen]])
     passes = np.flatnonzero((heights[:-1] > neck_y_m) & (heights[1:] <= neck_y_m))
-    if starts.size == 0 or not np.isfinite(neck_y_m) or passes.size == 0:
+    if starts.size == 0 or not np.isfinite(starts).all() or not np.isfinite(neck_y_m) or passes.size == 0:
         return None
     last = passes[-1]
     share = (heights[last] - neck_y_m) / (heights[last] - heights[last + 1])

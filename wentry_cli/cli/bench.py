@@ -8,7 +8,7 @@ import click
 
 from wentry_cli.cli import options as opt
 
-CHAPTERS = ("contours", "smoothers", "solvers", "throughput")
+CHAPTERS = ("contours", "smoothers", "solvers", "extremes", "throughput")
 
 
 @click.command(name="bench")

@@ -152,7 +152,10 @@ def find_period(material: Material, stretch_0: float, *, tolerance: float = 1e-1
     NaN where the sphere creeps back without passing another extremum within 40 small-amplitude periods.
     """
     duration = 40.0 * SMALL_PERIOD * find_groups(material).time_scale_s
-    return solve_oscillation(material, stretch_0, np.array([duration]), tolerance=tolerance, peaks_wanted=1).period_s
+    peaks = 1 if stretch_0 > 1.0 else 2  # the valley that ends a release below 1 lies between two peaks
+    return solve_oscillation(
+        material, stretch_0, np.array([duration]), tolerance=tolerance, peaks_wanted=peaks
+    ).period_s
 
 
 def _integrate(

@@ -87,7 +87,7 @@ def height_unc(
     scale = np.where(wet, scales.water, scales.air)
     by_air, by_water = scales.air_unc / scales.air**2, scales.water_unc / scales.water**2
     by_scale = (row - surface.y_px) * by_air
-    if scales.air != scales.water:
+    if (scales.air, scales.air_unc) != (scales.water, scales.water_unc):
         through_wall = np.hypot((surface.y_px - axis_px) * by_air, (row - axis_px) * by_water)
         by_scale = np.where(wet, through_wall, by_scale)
     return np.asarray(np.sqrt((bottom[1] ** 2 + surface.unc_px**2) / scale**2 + by_scale**2))

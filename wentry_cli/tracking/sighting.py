@@ -122,7 +122,7 @@ def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighti
     lowest = extremes(fit.shape, look.departure)[1] if look.departure else fit.bottom_y_px
     if bottom is not None and not abs(bottom.y_px - lowest) < LARGEST_OFFSET_PX + LARGEST_MISFIT * fit.radius_px:
         bottom = replace(bottom, status="poor_fit")
-    separation = find_separation(patch, fit) if look.separation else None
+    separation = find_separation(patch, fit, departure=look.departure) if look.separation else None
     line = (look.top_y_px - fit.center_y_px) * fit.stretch**2 / fit.radius_px
     free = fit if " R" in look.free else None
     if look.also_free and free is None:
