@@ -11,7 +11,13 @@ from numpy.typing import NDArray
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.arc import LENGTH, farthest
 from wentry_cli.contours.band_solution import Band, first_belief, gather_band, half_width, solve_band
-from wentry_cli.contours.discrepancy import add_discrepancy, excess_variance, pull_of_sectors, residual_statistics
+from wentry_cli.contours.discrepancy import (
+    add_common_shift,
+    add_discrepancy,
+    excess_variance,
+    pull_of_sectors,
+    residual_statistics,
+)
 from wentry_cli.contours.likelihood import COUNT, first_levels
 from wentry_cli.contours.normal_equations import invert_block
 from wentry_cli.contours.nuisances import Belief
@@ -23,6 +29,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 RECOLLECT_PX = 0.25
+# Where the ground is clipped nobody knows how bright it is, nor where half of it lies: uncertainty of the edge.
+CLIPPED_SHARE, CLIPPED_PX = 0.995, 0.2
 # With more of the outline left out, another ellipse is tried, if it lies farther away than this.
 DOUBTFUL, OTHER_PX = 0.5, 0.03
 COLLECTIONS = 4
@@ -136,6 +144,8 @@ def refine_shape(
     excess = excess_variance(verdict, free.size)
     weight = verdict[:, WEIGHT].copy()
     report[WAVES] = add_discrepancy(covariance, factor, pull, band.rows, weight, free, excess)
+    if masked == 1.0 or report[OUT] >= CLIPPED_SHARE * band.settings[3]:
+        add_common_shift(covariance, factor, pull, CLIPPED_PX)
     turn = no_turn()
     if wants_tilt(free):
         turn = pixel_turn(sums, verdict, band.rows, band.scene, free, moved, belief)
