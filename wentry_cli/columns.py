@@ -30,6 +30,7 @@ radius_px | px | float | radius of the undeformed sphere in air
 ±
 impact_time_s | s | float | first contact on the camera clock
 ±
+ground_noise | 1 | float | standard deviation of a pixel on the ground over its level (bright sphere: over the step)
 
 # top | track | frame
 frame | 1 | int | index in the clip, from 0, gaps counted

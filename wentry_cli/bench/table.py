@@ -1,92 +1,76 @@
-"""Speed-against-error rows as a markdown page and as a figure."""
+"""Speed-against-error rows as text: one line a row for a terminal and a file, compact tables for the page."""
 
 from __future__ import annotations
 
+import csv
+import io
 import math
-from collections.abc import Iterable
-from itertools import groupby
-from pathlib import Path
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, fields
 
 from wentry_cli.bench.row import BenchRow
-from wentry_cli.provenance import environment
-from wentry_cli.tables import write_text
 
-HEAD = "| case | method | quantity | bias | RMSE | RMSE / bound | failures | µs per item | time / fastest | note |"
+HEAD = "| case | method | quantity | bias | RMSE | RMSE / bound | pull | failures | µs per item | note |"
 RULE = "|" + "---|" * 10
-MARKS = "osD^vP*X<>"
+# With more methods than this they stand in rows and the cases in columns.
+MOST_COLUMNS = 8
+DASH = "–"
 
 
-def write_page(rows: list[BenchRow], folder: Path, command: str) -> Path:
-    """Write ``accuracy.md`` and one ``accuracy_<chapter>.svg`` per chapter into ``folder``; returns the page."""
-    parts = [
-        "# Speed against error",
-        f"Made by `{command}`; errors are against truths that the methods did not see, times are medians on one core "
-        "of the machine named below and count only as ratios within one table.",
-        "",
-        ", ".join(f"{name} {version}" for name, version in environment().items()),
-    ]
-    for chapter, group in _by_chapter(rows):
-        figure = folder / f"accuracy_{chapter}.svg"
-        _draw(list(group), figure)
-        parts += ["", f"## {chapter.capitalize()}", "", f"![time against error]({figure.name})", "", HEAD, RULE]
-        parts += write_rows(group)
-    page = folder / "accuracy.md"
-    write_text(page, "\n".join(parts) + "\n")
-    return page
-
-
-def _by_chapter(rows: Iterable[BenchRow]) -> list[tuple[str, list[BenchRow]]]:
-    return [(chapter, list(group)) for chapter, group in groupby(rows, key=lambda row: row.chapter)]
-
-
-def write_rows(rows: list[BenchRow]) -> list[str]:
-    """Markdown rows, with each time as a ratio to the fastest method of the same case."""
-    fastest: dict[tuple[str, str], float] = {}
-    for row in rows:
-        key = (row.case, row.quantity)
-        fastest[key] = min(fastest.get(key, math.inf), row.time_us)
+def write_rows(rows: Iterable[BenchRow]) -> list[str]:
+    """Markdown rows, every number of importance."""
     return [
-        f"| {row.case} | {row.method} | {row.quantity}, {row.unit} | {_figure(row.bias)} | {_figure(row.rmse)} | "
-        f"{_figure(row.ratio_to_bound)} | {row.failures:.1%} | {_figure(row.time_us)} | "
-        f"{_figure(row.time_us / fastest[row.case, row.quantity])} | {row.note} |"
+        f"| {row.case} | {row.method} | {row.quantity}, {row.unit} | {figure(row.bias)} | {figure(row.rmse)} | "
+        f"{figure(row.ratio_to_bound)} | {figure(row.pull)} | {share(row.failures)} | {figure(row.time_us)} | "
+        f"{row.note} |"
         for row in rows
     ]
 
 
-def _figure(value: float) -> str:
-    return "–" if not math.isfinite(value) else f"{value:.3g}"
+def csv_of(rows: Iterable[BenchRow]) -> str:
+    """All fields of all rows, comma separated, numbers with four digits; empty where there is none."""
+    text = io.StringIO()
+    names = [field.name for field in fields(BenchRow)]
+    writer = csv.DictWriter(text, names, lineterminator="\n")
+    writer.writeheader()
+    for row in rows:
+        writer.writerow({name: _cell(value) for name, value in asdict(row).items()})
+    return text.getvalue()
 
 
-def _draw(rows: list[BenchRow], path: Path) -> None:
-    """Time per item against error, one mark a method, one panel a case of the first quantity."""
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
+def _cell(value: object) -> object:
+    if not isinstance(value, float):
+        return value
+    return f"{value:.4g}" if math.isfinite(value) else ""
 
-    quantity = rows[0].quantity
-    shown = [row for row in rows if row.quantity == quantity and math.isfinite(row.rmse) and row.time_us > 0]
-    cases = list(dict.fromkeys(row.case for row in shown))[:6]
+
+def figure(value: float, digits: int = 3) -> str:
+    """A number with some significant digits, a dash for none."""
+    if not math.isfinite(value):
+        return DASH
+    if abs(value) >= 1000.0:
+        return f"{value:.0f}"
+    return f"{value:.{digits}g}"
+
+
+def share(value: float) -> str:
+    """A share in per cent, a dash for none."""
+    return f"{value:.1%}" if math.isfinite(value) else DASH
+
+
+def markdown(head: list[str], body: list[list[str]]) -> list[str]:
+    """A markdown table: the first column to the left, numbers to the right."""
+    rule = "|---|" + "---:|" * (len(head) - 1)
+    return ["| " + " | ".join(head) + " |", rule, *("| " + " | ".join(line) + " |" for line in body)]
+
+
+def pivot(rows: list[BenchRow], cell: Callable[[BenchRow], str]) -> list[str]:
+    """Cases in rows and methods in columns, or the other way round where there are many methods."""
+    cases = list(dict.fromkeys(row.case for row in rows))
     methods = list(dict.fromkeys(row.method for row in rows))
-    columns = min(3, len(cases)) or 1
-    lines = math.ceil(len(cases) / columns) or 1
-    with mpl.rc_context({"svg.hashsalt": "wentry", "svg.fonttype": "none", "font.size": 8}):
-        figure = Figure(figsize=(3.0 * columns, 2.6 * lines + 0.8), layout="constrained")
-        grid = figure.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
-        for axes in grid.ravel()[len(cases) :]:
-            axes.axis("off")
-        for axes, case in zip(grid.ravel(), cases, strict=False):
-            axes.set_title(case, fontsize=8)
-            for row in (row for row in shown if row.case == case):
-                number = methods.index(row.method)
-                axes.loglog(
-                    row.time_us, row.rmse, MARKS[number % len(MARKS)], color=f"C{number % 10}", label=row.method
-                )
-            axes.set_xlabel("time per item, µs")
-        grid[0, 0].set_ylabel(f"RMSE of {quantity}, {rows[0].unit}")
-        handles = {
-            label: handle
-            for axes in grid.ravel()
-            for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
-        }
-        figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, frameon=False)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, metadata={"Date": None})
+    found = {(row.case, row.method): cell(row) for row in rows}
+    if len(methods) <= MOST_COLUMNS or len(cases) > MOST_COLUMNS:
+        body = [[case, *(found.get((case, method), DASH) for method in methods)] for case in cases]
+        return markdown(["case", *methods], body)
+    body = [[method, *(found.get((case, method), DASH) for case in cases)] for method in methods]
+    return markdown(["method", *cases], body)

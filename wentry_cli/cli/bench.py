@@ -8,7 +8,9 @@ import click
 
 from wentry_cli.cli import options as opt
 
-CHAPTERS = ("contours", "smoothers", "solvers", "extremes", "throughput")
+CHAPTERS = (
+    "contours", "separation", "pinch_off", "top_clips", "ball", "smoothers", "solvers", "extremes", "throughput",
+)  # fmt: skip
 
 
 @click.command(name="bench")
@@ -16,14 +18,19 @@ CHAPTERS = ("contours", "smoothers", "solvers", "extremes", "throughput")
 @click.option("--quick", is_flag=True, help="Few items a case: a look, not a measurement.")
 @click.option("--seed", default=20170412, show_default=True, help="Seed of the test cases.")
 @click.option("-o", "--output", type=opt.FOLDER, help="Write accuracy.md and its figures into this folder.")
+@click.option("--ball", type=click.Path(path_type=Path), help="Recording of a falling ball (.cihx) for that chapter.")
 @opt.as_json
-def command(chapters: tuple[str, ...], quick: bool, seed: int, output: Path | None, as_json: bool) -> None:
+def command(
+    chapters: tuple[str, ...], quick: bool, seed: int, output: Path | None, ball: Path | None, as_json: bool
+) -> None:
     """Measure speed against error: outlines, smoothers, solvers and whole recordings, beside other methods."""
     import importlib
     from dataclasses import asdict
 
+    from wentry_cli.bench.page import write_page
+    from wentry_cli.bench.real_ball import run as run_ball
     from wentry_cli.bench.row import BenchRow
-    from wentry_cli.bench.table import HEAD, RULE, write_page, write_rows
+    from wentry_cli.bench.table import HEAD, RULE, write_rows
     from wentry_cli.cli.console import show_json
     from wentry_cli.runner.campaign import single_threaded
 
@@ -31,7 +38,10 @@ def command(chapters: tuple[str, ...], quick: bool, seed: int, output: Path | No
     rows: list[BenchRow] = []
     for chapter in chapters or CHAPTERS:
         click.echo(f"{chapter} …", err=True)
-        rows += importlib.import_module(f"wentry_cli.bench.{chapter}").run(quick, seed)
+        if chapter == "ball":
+            rows += run_ball(ball)
+        else:
+            rows += importlib.import_module(f"wentry_cli.bench.{chapter}").run(quick, seed)
     if as_json:
         show_json([asdict(row) for row in rows])
     else:

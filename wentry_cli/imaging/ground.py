@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
 
+# The mean of this share of the smallest absolute values of a normal distribution, over its standard deviation.
+LOWER_SHARE, LOWER_MEAN = 0.8, 0.5586
+
 
 def sample_indices(count: int, limit: int = 28) -> list[int]:
     """Choose at most ``limit`` of ``count`` frames, densest at the start where the sphere still flies."""
@@ -25,15 +28,20 @@ def sample_indices(count: int, limit: int = 28) -> list[int]:
 def relative_noise(samples: NDArray[Any]) -> float:
     """Standard deviation of bright pixels from frame to frame over their level, from a coarse grid; 0 where clipped.
 
-    The median of absolute differences of consecutive samples ignores the few pixels over which something moved.
+    The mean of the lower part of the absolute differences of consecutive samples ignores the few pixels over which
+    something moved; a median would count in whole grey levels.
     """
     grid = np.asarray(samples[:, ::9, ::9], dtype=np.float32)
     if len(grid) < 2:
         return 0.0
     level = np.max(grid, axis=0)
     bright = level >= 0.7 * np.percentile(level, 80)
-    steps = np.abs(np.diff(grid, axis=0))[:, bright]
-    return float(1.4826 * np.median(steps / level[bright]) / np.sqrt(2.0))
+    steps = (np.abs(np.diff(grid, axis=0))[:, bright] / level[bright]).ravel()
+    number = int(LOWER_SHARE * steps.size)
+    if number == 0:
+        return 0.0
+    lower = np.partition(steps, number)[:number]
+    return float(np.mean(lower) / (LOWER_MEAN * np.sqrt(2.0)))
 
 
 @compiled

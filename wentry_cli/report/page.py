@@ -12,6 +12,7 @@ from jinja2 import Environment
 from wentry_cli.report import tabulation
 from wentry_cli.report.campaign import Campaign
 from wentry_cli.report.drawing import Drawn
+from wentry_cli.report.light_limit import light_limit_table
 from wentry_cli.report.panel import NotDrawn
 from wentry_cli.report.words import MEANINGS
 
@@ -65,6 +66,7 @@ def write_page(content: Content) -> str:
         failures=tabulation.failure_table(campaign),
         provenance=tabulation.provenance_table(campaign),
         uncertainties=UNCERTAINTIES,
+        light=light_limit_table(campaign),
         inputs=tabulation.input_table(campaign),
     )
     return html

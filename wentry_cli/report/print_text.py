@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from wentry_cli.report import tabulation
 from wentry_cli.report.campaign import as_text
+from wentry_cli.report.light_limit import light_limit_table
 from wentry_cli.report.numbers import DASH
 from wentry_cli.report.page import UNCERTAINTIES, Content, headline, page_title
 from wentry_cli.report.style import plain
@@ -63,6 +64,7 @@ def _lines(content: Content) -> Iterator[Line]:
         ("Regressions", tabulation.regression_table(campaign)),
         ("Materials, calibrated", tabulation.material_table(campaign.materials)),
         ("Materials, used by the model", tabulation.material_table(campaign.table_1)),
+        ("Stated uncertainty and the Cramér–Rao bound, medians over frames", light_limit_table(campaign)),
         ("Failures", tabulation.failure_table(campaign)),
         ("Provenance", tabulation.provenance_table(campaign)),
     ):

@@ -31,15 +31,17 @@ def run(folder: Path, drop: Drop) -> None:
     if drop.experiment.views.side is not None:
         clip = open_clip(folder, drop, "side")
         try:
-            side = measure_side(drop, clip, *flat_field(drop, "side", clip))
-            rows.append(_side_row(drop, clip, side))
+            ground, sampled = flat_field(drop, "side", clip)
+            side = measure_side(drop, clip, ground, sampled)
+            rows.append(_side_row(drop, clip, side) | {"ground_noise": ground.noise})
         finally:
             clip.close()
     if drop.experiment.views.top is not None:
         clip = open_clip(folder, drop, "top")
         try:
-            top = measure_top(drop, clip, *flat_field(drop, "top", clip), side)
-            rows.append(_top_row(drop, clip, top))
+            ground, sampled = flat_field(drop, "top", clip)
+            top = measure_top(drop, clip, ground, sampled, side)
+            rows.append(_top_row(drop, clip, top) | {"ground_noise": ground.noise})
         finally:
             clip.close()
     write_table(folder, "geometry", new_table("geometry", {key: [row[key] for row in rows] for key in rows[0]}))

@@ -1,0 +1,96 @@
+"""Time against error as pictures: outlines over all cases of a kind, other chapters case by case."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from wentry_cli.bench.outline_cases import CASES
+from wentry_cli.bench.row import BenchRow
+
+MARKS = "osD^vP*X<>hpd8H"
+STYLE: dict[Any, Any] = {"svg.hashsalt": "wentry", "svg.fonttype": "none", "font.size": 8}
+# What the two panels of the outlines show.
+CLEAN_GROUPS, HIDDEN_CASES = ("noise and light", "shape and arc", "blur"), ("droplets on", "bright spots")
+MOST_CASES = 6
+
+
+def draw_chapter(chapter: str, rows: list[BenchRow], path: Path) -> None:
+    """Draw the figure of a chapter; nothing where no row has both a time and an error."""
+    shown = [row for row in rows if math.isfinite(row.rmse) and row.time_us > 0.0]
+    if not shown:
+        return
+    with mpl.rc_context(STYLE):
+        figure = _outlines(shown) if chapter == "contours" else _cases(shown)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(path, metadata={"Date": None})
+
+
+def _outlines(rows: list[BenchRow]) -> Figure:
+    """Median over the cases of time and of RMSE over the bound (stretch and lowest row), bars from least to most."""
+    group = {case.name: case.group for case in CASES}
+    clean = [row for row in rows if group[row.case] in CLEAN_GROUPS]
+    hidden = [row for row in rows if row.case.startswith(HIDDEN_CASES)]
+    figure = Figure(figsize=(7.4, 4.6), layout="constrained")
+    axes = figure.subplots(1, 2, sharex=True, sharey=True)
+    methods = list(dict.fromkeys(row.method for row in rows))
+    for ax, part, title in zip(axes, (clean, hidden), ("clean", "occluded"), strict=True):
+        ax.set_title(title)
+        for number, method in enumerate(methods):
+            _one_method(ax, [row for row in part if row.method == method], number, method)
+        ax.axhline(1.0, color="0.4", linewidth=0.8, linestyle=":")
+        ax.axvline(500.0, color="0.4", linewidth=0.8, linestyle="--")
+        ax.set_xlabel("time per frame, µs (dashed: a camera of 2000 frames/s)")
+    axes[0].set_ylabel("RMSE / Cramér–Rao bound, λ and y_b")
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False)
+    return figure
+
+
+def _one_method(ax: Axes, rows: list[BenchRow], number: int, method: str) -> None:
+    ratios = [
+        r.ratio_to_bound for r in rows if r.quantity in {"stretch", "bottom_y"} and math.isfinite(r.ratio_to_bound)
+    ]
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    if not ratios:
+        ax.plot([], [], MARKS[number % len(MARKS)], color=f"C{number % 10}", label=method)
+        return
+    middle, time = float(np.median(ratios)), float(np.median([row.time_us for row in rows]))
+    reach = [[middle - min(ratios)], [max(ratios) - middle]]
+    size = 8.0 if method.startswith("wentry") else 5.0
+    ax.errorbar(
+        time, middle, yerr=reach, fmt=MARKS[number % len(MARKS)], markersize=size, color=f"C{number % 10}",
+        elinewidth=0.7, label=method,
+    )  # fmt: skip
+
+
+def _cases(rows: list[BenchRow]) -> Figure:
+    """One panel a case of the first quantity, one mark a method."""
+    quantity = rows[0].quantity
+    shown = [row for row in rows if row.quantity == quantity]
+    cases = list(dict.fromkeys(row.case for row in shown))[:MOST_CASES]
+    methods = list(dict.fromkeys(row.method for row in rows))
+    columns = min(3, len(cases))
+    lines = math.ceil(len(cases) / columns)
+    figure = Figure(figsize=(3.0 * columns, 2.6 * lines + 0.8), layout="constrained")
+    grid = figure.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
+    for axes in grid.ravel()[len(cases) :]:
+        axes.axis("off")
+    for axes, case in zip(grid.ravel(), cases, strict=False):
+        axes.set_title(case, fontsize=8)
+        for row in (row for row in shown if row.case == case):
+            number = methods.index(row.method)
+            axes.loglog(row.time_us, row.rmse, MARKS[number % len(MARKS)], color=f"C{number % 10}", label=row.method)
+        axes.set_xlabel("time per item, µs")
+    grid[0, 0].set_ylabel(f"RMSE of {quantity}, {rows[0].unit}")
+    found = [axes.get_legend_handles_labels() for axes in grid.ravel()]
+    handles = {label: handle for pair in found for handle, label in zip(*pair, strict=True)}
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, frameon=False)
+    return figure
