@@ -100,6 +100,24 @@ def test_outliers_cost_little() -> None:
     assert np.mean(ratio) < 1.1
 
 
+@pytest.mark.parametrize("share", [0.0, 0.6])
+def test_correlated_noise_widens_the_error_bars(share: float) -> None:
+    truth, held, widening = fall("soft"), [], []
+    for seed in range(8):
+        noise = np.random.default_rng(seed).normal(size=truth.t.size)
+        for i in range(1, noise.size):
+            noise[i] = share * noise[i - 1] + np.sqrt(1 - share**2) * noise[i]
+        track = smooth_track(truth.t, truth.y + 2.5e-5 * noise, 2.5e-5, events_s=(0.0,), ballistic=FALL)
+        off = np.abs(track.frames.velocity - truth.v)
+        held.append(np.mean((off < 1.96 * track.frames.velocity_unc)[truth.inside]))
+        widening.append(track.widening)
+    assert np.mean(held) > 0.88
+    if share == 0.0:
+        assert max(widening) == 1.0
+    else:
+        assert 1.3 < np.mean(widening) < 2.0
+
+
 def test_missing_frames_are_bridged_with_wider_bars() -> None:
     truth, noise = fall("soft"), 0.1 / PX_PER_M
     seen = truth.y + noise * np.random.default_rng(3).normal(size=truth.t.size)
