@@ -14,14 +14,15 @@ def rows() -> list[BenchRow]:
 
 
 @pytest.mark.slow
-def test_measured_stretch_gives_the_velocity_loss_to_two_millimetres_per_second(rows: list[BenchRow]) -> None:
+def test_measured_stretch_beats_the_model_tenfold(rows: list[BenchRow]) -> None:
     assert len(rows) == len(CASES) * len(CHOICES)
     found = {(row.case, row.method): row for row in rows}
     for case in CASES:
         measured, model = found[f"ΔU, {case}", "λ measured"], found[f"ΔU, {case}", "λ model"]
         assert measured.failures == 0.0
         assert measured.rmse**2 - measured.bias**2 < 2.0**2
-        assert measured.rmse < 3.8  # the scale's share; measured 2.5
+        # 1.5 times what was measured: off the model the bias of the smoother takes it beyond 2 mm/s
+        assert measured.rmse < {"on the model": 1.8, "off the model": 3.8}[case]
         assert measured.rmse < 0.1 * model.rmse
         assert found[f"ΔU, {case}", "λ measured, gap left empty"].failures == 1.0
 
