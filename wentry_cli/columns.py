@@ -206,9 +206,11 @@ stretch_peak_5 | 1 | float | λ_p5
 t_p_s | s | float | time of pinch-off after impact
 ±
 y_p_m | m | float | height of pinch-off
-pinch_off_cavity | 1 | int | N of the cavity that pinches off; empty for a rigid sphere
+pinch_off_cavity | 1 | int | N of the cavity that pinches off; empty for a rigid sphere and a surface seal
+pinch_off_cavity_source | – | text | measured, or counted with the period beyond the last one seen
 seal_type | – | text | deep_seal, surface_seal or sphere_seal
 diameter_eff_m | m | float | D_eff = λ_pN D
+±
 froude_eff | 1 | float | U₀/√(g D_eff)
 tp_u0_over_d | 1 | float | t_p U₀/D
 tp_u0_over_deff | 1 | float | t_p U₀/D_eff
