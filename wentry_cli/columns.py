@@ -208,7 +208,7 @@ stretch_peak_5 | 1 | float | λ_p5 | rigid sphere, free flight, or fewer periods
 t_p_s | s | float | time of pinch-off after impact | no side view, no water
 ±
 y_p_m | m | float | height of pinch-off | where t_p_s is
-pinch_off_cavity | 1 | int | N of the cavity that pinches off | rigid sphere, surface_seal, or t_p_s empty
+pinch_off_cavity | 1 | int | N of the cavity that pinches off | rigid sphere, seal not deep_seal, or t_p_s empty
 pinch_off_cavity_source | – | text | measured, or counted beyond the last period seen | where pinch_off_cavity is
 seal_type | – | text | deep_seal, surface_seal or sphere_seal | where t_p_s is
 diameter_eff_m | m | float | D_eff = λ_pN D | sphere_seal, surface_seal, or t_p_s empty
