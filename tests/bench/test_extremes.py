@@ -21,7 +21,11 @@ def test_quick_rows():
 def test_every_case_is_exact_or_refused():
     rows = extremes.run(quick=False, seed=1)
     assert sum(row.failures for row in rows) == 4
-    assert max(row.rmse for row in rows if row.failures == 0.0) < 1e-8
+    solved = {row.case: row.rmse for row in rows if row.failures == 0.0}
+    long = {case: rmse for case, rmse in solved.items() if case.startswith("1000 periods")}
+    assert len(long) == 2
+    assert max(long.values()) < 1.8e-8  # the phase of a thousand periods, at the tolerance 1e-12
+    assert max(rmse for case, rmse in solved.items() if case not in long) < 1.4e-10
 
 
 def test_the_reference_keeps_the_period_of_the_elastic_sphere():

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from tests.promises import broken_promises
 from wentry_cli.config.campaign import Drop
 from wentry_cli.config.materials import find_material, packaged_config
 from wentry_cli.config.models import Experiment
@@ -52,6 +53,7 @@ def test_three_heights_recover_the_flow(tmp_path):
     row = read_table(tmp_path, "materials").iloc[0]
     truth = drops[0].material
     assert row["status"] == "ok"
+    assert broken_promises(tmp_path, "materials") == []
     assert row["source"] == "impact"
     assert row["sphere_id"] == "S5"
     assert abs(row["n"] - truth.n) < 4 * row["n_unc"]
@@ -143,6 +145,7 @@ def test_compression_gives_the_modulus_in_either_unit(tmp_path, unit, factor):
     row = read_table(tmp_path, "materials").iloc[0]
     assert row["g_inf_pa"] == pytest.approx(6900.0, rel=1e-4)
     assert (row["material"], row["source"], row["status"]) == (KEY, "compression", "ok")
+    assert broken_promises(tmp_path, "materials") == []
     assert np.isnan(row["n"])
 
 

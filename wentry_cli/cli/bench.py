@@ -9,7 +9,7 @@ import click
 from wentry_cli.cli import options as opt
 
 CHAPTERS = (
-    "contours", "separation", "pinch_off", "top_clips", "ball", "smoothers", "solvers", "extremes", "throughput",
+    "contours", "separation", "pinch_off", "top_clips", "ball", "smoothers", "delta_u", "solvers", "extremes", "throughput",
 )  # fmt: skip
 
 
@@ -23,12 +23,11 @@ CHAPTERS = (
 def command(
     chapters: tuple[str, ...], quick: bool, seed: int, output: Path | None, ball: Path | None, as_json: bool
 ) -> None:
-    """Measure speed against error: outlines, smoothers, solvers and whole recordings, beside other methods."""
+    """Measure speed against error: outlines, smoothers, ΔU, solvers and whole recordings, beside other methods."""
     import importlib
     from dataclasses import asdict
 
     from wentry_cli.bench.page import write_page
-    from wentry_cli.bench.real_ball import run as run_ball
     from wentry_cli.bench.row import BenchRow
     from wentry_cli.bench.table import HEAD, RULE, write_rows
     from wentry_cli.cli.console import show_json
@@ -36,12 +35,10 @@ def command(
 
     single_threaded()
     rows: list[BenchRow] = []
-    for chapter in chapters or CHAPTERS:
-        click.echo(f"{chapter} …", err=True)
-        if chapter == "ball":
-            rows += run_ball(ball)
-        else:
-            rows += importlib.import_module(f"wentry_cli.bench.{chapter}").run(quick, seed)
+    modules = {name: importlib.import_module(f"wentry_cli.bench.{name}") for name in chapters or CHAPTERS}
+    for name, module in modules.items():
+        click.echo(f"{name} …", err=True)
+        rows += module.run(ball) if name == "ball" else module.run(quick, seed)
     if as_json:
         show_json([asdict(row) for row in rows])
     else:
@@ -49,3 +46,6 @@ def command(
     if output is not None:
         words = ["wentry bench", *(f"--chapter {name}" for name in chapters), *(["--quick"] if quick else [])]
         click.echo(str(write_page(rows, output, " ".join([*words, f"--seed {seed}"]))), err=True)
+        for name, module in modules.items():
+            if hasattr(module, "draw"):  # a figure of its own in place of time against error
+                module.draw([row for row in rows if row.chapter == name], output / f"accuracy_{name}.svg")

@@ -48,7 +48,7 @@ def find_free_surface(
         return NO_SURFACE
     dip = _dip(level)
     strips = np.array_split(np.arange(level.shape[1]), BLOCKS)
-    profiles = np.array([np.mean(dip[:, strip[0] : strip[-1] + 1], axis=1) for strip in strips])
+    profiles = np.array([np.mean(dip[:, strip], axis=1) for strip in strips])
     common = np.median(profiles, axis=0)
     common[:top] = 0.0
     common[bottom:] = 0.0
@@ -146,7 +146,7 @@ def find_plate(level: NDArray[np.float32], *, x_px: float | None = None) -> Surf
     Arguments and result as for ``find_free_surface``; the edge is where the level falls to half of that above it.
     """
     strips = np.array_split(np.arange(level.shape[1]), BLOCKS)
-    edges = np.array([_falling_edge(np.median(level[:, strip[0] : strip[-1] + 1], axis=1)) for strip in strips])
+    edges = np.array([_falling_edge(np.median(level[:, strip], axis=1)) for strip in strips])
     middle = np.array([float(strip.mean()) for strip in strips])
     return _line(middle, edges, x_px if x_px is not None else level.shape[1] / 2, 0.0, 1.0)
 

@@ -127,6 +127,5 @@ def _quadratic(block: NDArray[np.float32]) -> NDArray[np.float32]:
     bright = known & (block > 0.7 * np.nanpercentile(block, 80)) if known.any() else known
     if np.count_nonzero(bright) < 30:
         return np.full(block.shape, np.nanmean(block) if known.any() else 1.0, np.float32)
-    design = terms[bright]  # tens of thousands of rows: the normal equations of six terms are soon solved
-    coefficients = np.linalg.pinv(design.T @ design, rcond=1e-12, hermitian=True) @ (design.T @ block[bright])
+    coefficients = np.linalg.lstsq(terms[bright], block[bright].astype(np.float64), rcond=None)[0]
     return np.asarray(terms @ coefficients, np.float32)

@@ -44,7 +44,7 @@ def measured_speeds(folder: Path, drop: Drop) -> Speeds:
     """Speeds of an entry, from the first of the tables that knows both (a rigid sphere: U₀), else U₀ alone."""
     air, water = scale_uncertainties(folder, drop)
     found = [
-        _speeds_from(read_table(folder, name), folder, name, (air, water))
+        _speeds_from(read_table(folder, name), folder, name, (air, water), drop.experiment.gravity_m_s2)
         for name in preferred_sources(drop)
         if has_table(folder, name)
     ]
@@ -97,10 +97,15 @@ def velocity_before_impact(table: pd.DataFrame) -> tuple[float, float]:
     )
 
 
-def _speeds_from(table: pd.DataFrame, folder: Path, source: str, scale: tuple[float, float]) -> Speeds:
-    """U₀ and U₁ of one table; the scale's error is common to both and drops out of ΔU/U₀ where the scales agree."""
+def _speeds_from(table: pd.DataFrame, folder: Path, source: str, scale: tuple[float, float], gravity: float) -> Speeds:
+    """U₀ and U₁ of one table; the scale's error is common to both and drops out of ΔU/U₀ where the scales agree.
+
+    A sphere that falls is faster where the impact is taken later: its uncertain moment counts in U₀.
+    """
     air, water = scale
     velocity, noise = velocity_before_impact(table)
+    late = number(first_row(folder, "geometry", view="side"), "impact_time_s_unc", 0.0)
+    noise = math.hypot(noise, late * gravity)
     impact = -velocity
     impact_unc = math.hypot(noise, impact * air)
     period = first_row(folder, "periods")

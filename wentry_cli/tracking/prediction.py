@@ -6,6 +6,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
 from wentry_cli.contours.ellipse import EllipseShape, SilhouetteFit
 
 LONGEST_CURVED_STEP = 3
@@ -58,22 +61,20 @@ class Path:
         if span > 2 * LONGEST_CURVED_STEP:
             use = 2
         weights = lagrange_weights(self.frames[-use:], frame)
-        near = self.shapes[-use:]
-        x = sum(weight * item.x for weight, item in zip(weights, near, strict=True))
-        bottom = sum(weight * item.bottom_y for weight, item in zip(weights, near, strict=True))
-        across = sum(weight * item.semi_across for weight, item in zip(weights, near, strict=True))
+        values = np.array([[item.x, item.bottom_y, item.semi_across] for item in self.shapes[-use:]])
+        x, bottom, across = (float(value) for value in weights @ values)
         stretch = last.stretch if span > LONGEST_CURVED_STEP else across / self.radius
         if self.stiff:
             stretch = 1.0
         stretch = min(max(stretch, STRETCH_LIMITS[0]), STRETCH_LIMITS[1])
         if span > LONGEST_CURVED_STEP:
-            centre = sum(weight * item.y for weight, item in zip(weights, near, strict=True))
+            centre = float(weights @ np.array([item.y for item in self.shapes[-use:]]))
             return EllipseShape(x, centre, self.radius, stretch, last.tilt_deg)
         above = EllipseShape(x, 0.0, self.radius, stretch, last.tilt_deg).bottom_y
         return EllipseShape(x, bottom - above, self.radius, stretch, last.tilt_deg)
 
 
-def lagrange_weights(at: Sequence[float], frame: float) -> list[float]:
+def lagrange_weights(at: Sequence[float], frame: float) -> NDArray[np.float64]:
     """Weights of values at the points ``at`` for the polynomial through them, taken at ``frame``."""
     weights = []
     for here in at:
@@ -82,7 +83,7 @@ def lagrange_weights(at: Sequence[float], frame: float) -> list[float]:
             if other != here:
                 weight *= (frame - other) / (here - other)
         weights.append(weight)
-    return weights
+    return np.array(weights)
 
 
 def box_around(shape: EllipseShape, margin: float, *, above: float = 1.2) -> tuple[float, float, float, float]:
