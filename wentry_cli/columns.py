@@ -190,12 +190,17 @@ g_inf_pa | Pa | float | G∞ of the material
 impact_speed_m_s | m/s | float | U₀, measured, positive downwards
 ±
 speed_from_height_m_s | m/s | float | √(2 g h), the cross-check
+±
 acceleration_m_s2 | m/s² | float | free flight: constant acceleration, up positive
 ±
 froude | 1 | float | U₀/√(gD)
+±
 bond | 1 | float | ρ_w g D²/σ
+±
 reynolds | 1 | float | ρ_w U₀ D/μ
+±
 stiffness_ratio | 1 | float | G∞/(ρ_w U₀²)
+±
 period_s | s | float | free period, first to second peak
 ±
 time_ratio | 1 | float | T_exp/T_model

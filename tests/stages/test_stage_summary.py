@@ -48,6 +48,56 @@ def test_a_soft_sphere(tmp_path: Path) -> None:
     assert row["frames_measured"] == row["frames_total"] == known.t.size
 
 
+def test_an_uncertainty_that_nobody_stated_is_empty(tmp_path: Path) -> None:
+    row = run(tmp_path, make_drop(), motion())
+    assert math.isnan(row["speed_from_height_m_s_unc"])
+    assert row["bond_unc"] / row["bond"] == pytest.approx(2 * 0.0001 / D, rel=0.01)  # the diameter's, which was stated
+    assert row["froude_unc"] / row["froude"] == pytest.approx(row["impact_speed_m_s_unc"] / 5.0, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({"drop": {"height_m": 1.27, "height_m_unc": 0.0127}}, {"speed_from_height_m_s": 0.005}),
+        ({"drop": {"impact_speed_m_s": 5.0, "impact_speed_m_s_unc": 0.1}}, {"speed_from_height_m_s": 0.02}),
+        ({"gravity_m_s2_unc": 0.0981}, {"speed_from_height_m_s": 0.005, "froude": 0.005, "bond": 0.01}),
+        ({"liquid": {"viscosity_pa_s_unc": 2e-5}}, {"reynolds": 0.02}),
+        ({"liquid": {"surface_tension_n_m_unc": 0.00728}}, {"bond": 0.1 / 1.1}),
+        ({"liquid": {"density_kg_m3_unc": 9.982}}, {"bond": 0.01, "reynolds": 0.01, "stiffness_ratio": 0.01}),
+    ],
+)
+def test_what_was_measured_by_hand_has_its_share(
+    tmp_path: Path, changes: dict[str, Any], expected: dict[str, float]
+) -> None:
+    """The relative uncertainty that is added to that of the speed, by error propagation on paper."""
+    sphere = {"diameter_m": D, "density_kg_m3": RHO, "material": "soft"}
+    before = run(tmp_path / "a", make_drop(sphere=sphere), motion())
+    after = run(tmp_path / "b", make_drop(sphere=sphere, **changes), motion())
+    for name in ("speed_from_height_m_s", "froude", "bond", "reynolds", "stiffness_ratio"):
+        shares = [np.nan_to_num(row[f"{name}_unc"]) / row[name] for row in (before, after)]
+        added = math.sqrt(max(shares[1] ** 2 - shares[0] ** 2, 0.0))
+        assert added == pytest.approx(expected.get(name, 0.0), rel=0.02, abs=1e-6), name
+
+
+@pytest.mark.parametrize("material", ["soft", "rigid"])
+def test_forces_hold_the_uncertainty_of_densities_and_gravity(tmp_path: Path, material: str) -> None:
+    """C = q a K, C_hydro = K (q (a + g) − g) with q = ρ_s/ρ_w: the differentials on paper."""
+    sphere = {"diameter_m": D, "density_kg_m3": RHO, "material": material}
+    known = motion(amplitude=0.0 if material == "rigid" else 0.3)
+    run(tmp_path / "a", make_drop(sphere=sphere), known)
+    run(tmp_path / "b", make_drop(sphere=sphere | {"density_kg_m3_unc": 21.4}, gravity_m_s2_unc=0.0981), known)
+    before, after = (read_table(tmp_path / name, "forces").iloc[[0, 1]].iloc[0] for name in "ab")
+    net, hydro, q = before["force_coefficient"], before["force_coefficient_hydro"], RHO / 998.2
+    weight = (hydro - net) / (q - 1.0)  # K g
+    expected = {
+        "force_coefficient": 0.02 * net,
+        "force_coefficient_hydro": math.hypot(0.02 * (net + q * weight), 0.01 * (q - 1.0) * weight),
+    }
+    for name, share in expected.items():
+        added = math.sqrt(after[f"{name}_unc"] ** 2 - before[f"{name}_unc"] ** 2)
+        assert added == pytest.approx(share, rel=0.02), name
+
+
 def test_forces_of_a_soft_sphere(tmp_path: Path) -> None:
     known = motion()
     run(tmp_path, make_drop(), known)
