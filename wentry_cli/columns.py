@@ -231,12 +231,14 @@ slope | 1 | float | slope; of a power law its prefactor
 slope_low | 1 | float | lower end of the 95 % interval, the wider of two bootstraps: over drops, over spheres
 slope_high | 1 | float | upper end of it
 intercept | 1 | float | intercept, empty through the origin
+±
 exponent | 1 | float | exponent of a power law
 ±
 r_squared | 1 | float | share of the variance explained
 residual_scatter | 1 | float | standard deviation of the residuals
 n | 1 | int | number of drops
 paper_value | 1 | float | the paper's value
+left_out | – | text | drops that the relation is about and that take no part, with the reason
 status | – | text | ok, or why something in this row is not measured
 
 # materials | calibrate | material, sphere
