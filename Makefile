@@ -45,7 +45,7 @@ check: $(STAMP) ## lint and types
 	$(BIN)/mypy
 
 accuracy: $(STAMP) ## slow accuracy sweeps, and docs/accuracy.md with them
-	$(BIN)/python -m pip install --quiet --editable ".[dev,peers]"
+	$(BIN)/python -m pip install --quiet --editable ".[dev,peers,fem]"
 	$(BIN)/python -m pytest -m slow
 	$(BIN)/wentry bench -o docs
 

@@ -51,6 +51,15 @@ def test_floats_survive_with_nine_digits(tmp_path_factory: pytest.TempPathFactor
     np.testing.assert_allclose(back, values, rtol=1e-8)
 
 
+def test_a_table_has_the_bytes_that_pandas_would_write(tmp_path: Path) -> None:
+    texts = ["ok", None, 'a "b", c']
+    numbers = {"t_s": [0.1, np.nan, -1e-12], "t_s_unc": [np.inf, 1 / 3, 123456789.25], "index": [1, None, 3]}
+    frame = new_table("events", {"event": texts, "status": texts, **numbers})
+    written = write_table(tmp_path, "events", frame)
+    frame.to_csv(tmp_path / "other.csv", index=False, float_format="%.9g", lineterminator="\n")
+    assert written.read_bytes() == (tmp_path / "other.csv").read_bytes()
+
+
 def test_missing_values_are_empty_cells(tmp_path: Path) -> None:
     frame = new_table("neck", {"frame": [3], "t_s": [np.nan], "neck": [1]})
     path = write_table(tmp_path, "neck", frame)

@@ -1,4 +1,4 @@
-"""The stages in order: what each reads and writes, and which scenes need it.
+"""The stages in order, of a drop and of the campaign: what each reads and writes, and which scenes need it.
 
 A stage that a scene does not need does not run and writes nothing; ``why_not`` says why in a few words.
 """
@@ -115,10 +115,54 @@ STAGES: tuple[Stage, ...] = (
     ),
 )  # fmt: skip
 
-STAGE_NAMES = tuple(stage.name for stage in STAGES)
-CAMPAIGN_STAGES = {"scaling": "regressions over the campaign", "report": "figures, page and PDF"}
+
+@dataclass(frozen=True)
+class CampaignStage:
+    """One stage over all drops of a RESULTS folder.
+
+    ``drop_reads`` are tables of each drop, ``reads`` tables of RESULTS, ``writes`` patterns of files below RESULTS;
+    ``shows_all`` tells whether it shows everything there is, also of drops that failed: their configuration, their
+    recordings, versions and failures. Otherwise it works on those drops alone that have all of ``drop_reads``.
+    """
+
+    name: str
+    command: str
+    summary: str
+    drop_reads: tuple[str, ...]
+    reads: tuple[str, ...]
+    writes: tuple[str, ...]
+    shows_all: bool = False
+
+    def uses(self, file: str) -> bool:
+        """Whether the table ``file`` (``drop/name.csv``, or ``name.csv`` in RESULTS) is read."""
+        *below, name = file.removesuffix(".csv").split("/")
+        return name in (self.drop_reads if below else self.reads)
 
 
-def stages_of(*commands: str) -> list[Stage]:
-    """The stages that the given commands run, in order."""
-    return [stage for stage in STAGES if stage.command in commands]
+CAMPAIGN_STAGES: tuple[CampaignStage, ...] = (
+    CampaignStage(
+        "scaling", "fit", "all summaries in one table, regressions over the campaign",
+        ("summary",), (), ("summary.csv", "scaling.csv"),
+    ),
+    CampaignStage(
+        "report", "report", "figures, page and PDF",
+        tuple(dict.fromkeys(name for stage in STAGES for name in stage.writes)), ("summary", "scaling", "materials"),
+        ("report.html", "report.pdf", "figures/*.*"), shows_all=True,
+    ),
+)  # fmt: skip
+
+_ORDER = [*(stage.name for stage in STAGES), *(stage.name for stage in CAMPAIGN_STAGES)]
+
+
+def _is_within(name: str, until: str | None) -> bool:
+    return until is None or _ORDER.index(name) <= _ORDER.index(until)
+
+
+def stages_of(*commands: str, until: str | None = None) -> list[Stage]:
+    """The stages of a drop that the given commands run, in order, ending with ``until``."""
+    return [stage for stage in STAGES if stage.command in commands and _is_within(stage.name, until)]
+
+
+def campaign_stages_of(*commands: str, until: str | None = None) -> list[CampaignStage]:
+    """The stages of the campaign that the given commands run, in order, ending with ``until``."""
+    return [stage for stage in CAMPAIGN_STAGES if stage.command in commands and _is_within(stage.name, until)]

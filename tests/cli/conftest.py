@@ -35,13 +35,18 @@ class Outcome:
 Command = Callable[..., Outcome]
 
 
+def call_wentry(*words: str | Path) -> int:
+    """Call the command line in this process; its exit code."""
+    return run([str(word) for word in words])
+
+
 @pytest.fixture
 def wentry(capsys: pytest.CaptureFixture[str]) -> Command:
     """Call the command line in this process; a traceback among the words fails the test."""
 
     def call(*words: str | Path) -> Outcome:
         capsys.readouterr()
-        code = run([str(word) for word in words])
+        code = call_wentry(*words)
         captured = capsys.readouterr()
         assert "Traceback" not in captured.err
         return Outcome(code, captured.out, captured.err)

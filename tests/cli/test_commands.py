@@ -9,7 +9,10 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+from tests.frames.recording_bytes import png
 
 EXPERIMENT = """\
 kind: water_entry
@@ -122,6 +125,30 @@ def test_dry_run_tells_the_plan_and_does_nothing(tmp_path: Path) -> None:
     steps = {step["stage"]: step["action"] for step in json.loads(done.stdout)["a"]}
     assert steps == {"ingest": "run", "track": "run", "cavity": "run", "stretch": "not_needed", "kinematics": "run"}
     assert not (tmp_path / "results").exists()
+
+
+def test_the_campaign_that_is_inherited_is_named(tmp_path: Path) -> None:
+    for name in ("campaign/day/a", "campaign/1/2/3/4/b"):
+        folder = _drop(tmp_path / name, EXPERIMENT.replace("kind: water_entry\n", ""))
+        (folder / "side").mkdir()
+        (folder / "side" / "side_1.png").write_bytes(png(np.zeros((8, 8), np.uint8), 8))
+    shared = tmp_path / "campaign" / "campaign.yaml"
+    shared.write_text("kind: water_entry\n")
+    for words in (("campaign",), ("campaign/day",), ("campaign/day/a",)):
+        done = wentry("check", *words, "--json", cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert set(json.loads(done.stdout)["campaign"].values()) == {str(shared)}
+        assert done.stderr == ""
+    done = wentry("check", "campaign", cwd=tmp_path)
+    assert f"campaign.yaml: {shared}" in done.stdout
+    assert str(shared) not in done.stderr
+    for words in (("check",), ("process", "-n")):
+        assert f"{shared}, above campaign" in wentry(*words, str(Path("campaign/day/a")), cwd=tmp_path).stderr
+        assert wentry(*words, "campaign/day/a", "-q", cwd=tmp_path).stderr == ""
+    done = wentry("check", "campaign/1/2/3/4/b", cwd=tmp_path)
+    assert done.returncode == 3
+    assert "kind: is required" in done.stderr
+    assert f"{shared} is not used: it lies more than 3 folders above" in done.stderr
 
 
 def test_init_then_check(tmp_path: Path) -> None:

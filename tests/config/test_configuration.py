@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from wentry_cli.config.campaign import Drop, find_drops, read_drop
+from wentry_cli.config.inheritance import Shared, notes_of
 from wentry_cli.config.materials import packaged_config
 from wentry_cli.config.messages import validate
 from wentry_cli.config.models import Experiment, water_properties
@@ -81,6 +82,44 @@ def test_the_campaign_is_inherited_and_overridden(tmp_path: Path) -> None:
     side = drop.view("side")
     assert drop.experiment.gravity_m_s2 == 9.79
     assert (side.fps, side.exposure_s) == (2000, 1e-4)
+
+
+def test_within_the_campaign_its_keys_reach_any_depth(tmp_path: Path) -> None:
+    _write(tmp_path, "gravity_m_s2: 9.79\n", "campaign.yaml")
+    deep = _write(tmp_path / "1" / "2" / "3" / "4" / "5", GOOD)
+    assert read_drop("x", deep, top=tmp_path).experiment.gravity_m_s2 == 9.79
+    _write(tmp_path / "1" / "2", "gravity_m_s2: 9.80\n", "campaign.yaml")
+    drop = read_drop("x", deep, top=tmp_path)
+    assert drop.experiment.gravity_m_s2 == 9.80, "the nearest holds"
+    assert drop.shared == Shared(tmp_path / "1" / "2" / "campaign.yaml")
+
+
+@pytest.mark.parametrize(("folders", "gravity"), [(1, 9.79), (2, 9.79), (3, 9.79), (4, 9.81), (7, 9.81)])
+def test_a_drop_run_alone_inherits_from_its_campaign_and_from_no_stray_file(
+    tmp_path: Path, folders: int, gravity: float
+) -> None:
+    _write(tmp_path, "gravity_m_s2: 9.79\n", "campaign.yaml")
+    folder = _write(tmp_path.joinpath(*"1234567"[:folders]), GOOD)
+    drop = read_drop("x", folder)
+    assert drop.experiment.gravity_m_s2 == gravity
+    (note,) = notes_of(drop.shared, folder)
+    assert str(tmp_path / "campaign.yaml") in note
+    assert ("is not used: it lies more than 3 folders above" in note) == (gravity == 9.81)
+
+
+def test_a_drop_that_is_linked_into_a_campaign_belongs_to_it(tmp_path: Path) -> None:
+    store = _write(tmp_path / "store" / "run", GOOD)
+    _write(tmp_path / "store", "gravity_m_s2: 9.70\n", "campaign.yaml")
+    campaign = _write(tmp_path / "campaign", "gravity_m_s2: 9.79\n", "campaign.yaml")
+    try:
+        (campaign / "run").symlink_to(store, target_is_directory=True)
+    except OSError:
+        pytest.skip("no links here")
+    (folder,) = find_drops(campaign).values()
+    drop = read_drop("run", folder, top=campaign)
+    assert drop.experiment.gravity_m_s2 == 9.79
+    again = Drop.from_record(drop.record())
+    assert read_drop("run", again.folder, top=again.top).experiment.gravity_m_s2 == 9.79
 
 
 def test_a_mistake_in_the_campaign_names_the_campaign(tmp_path: Path) -> None:

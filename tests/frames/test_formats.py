@@ -41,7 +41,7 @@ def test_a_missing_source(tmp_path: Path, name: str, sentence: str) -> None:
         ("clip.cin", "did you mean 'clip.cine'?"),
         ("clip.chix", "did you mean 'clip.cihx'?"),
         ("clip.xyzzy", "files of kind '.xyzzy' are not read"),
-        ("clip", "files of kind '' are not read"),
+        ("clip", "files without an ending are not read"),
         ("f1.png", "a single image; give its folder"),
     ],
 )

@@ -68,7 +68,7 @@ def test_an_error_of_shape_that_varies_slowly_is_in_the_error_bar() -> None:
         solve_entry_motion(truth.t, *known, ballistic=Ballistic(-G, 0.1), slow_s=slow) for slow in (np.inf, 0.015)
     )
     pulls = [rms(((m.velocity - truth.v) / m.velocity_unc)[truth.inside]) for m in (blind, honest)]
-    assert pulls[0] > 5.0
+    assert pulls[0] > 4.5
     assert pulls[1] < 3.3
 
 

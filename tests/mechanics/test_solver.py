@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import event, given, settings
+from hypothesis import event, example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from wentry_cli.errors import ConfigurationError
-from wentry_cli.mechanics import stepping
+from wentry_cli.mechanics import events
 from wentry_cli.mechanics.bergstrom_boyce import (
     Material,
     excess_invariant,
@@ -59,17 +59,17 @@ def oracle(material, stretch_0, times_s):
 def test_elastic_reference_values(stretch_0, period, valley):
     trajectory = solve_oscillation(ELASTIC, stretch_0, np.array([3 * UNIT]), tolerance=1e-12)
     assert trajectory.period_s / UNIT == pytest.approx(period, abs=1e-9)
-    assert trajectory.stretches_of(stepping.VALLEY)[0] == pytest.approx(valley, abs=1e-10)
-    assert trajectory.stretches_of(stepping.PEAK)[-1] == pytest.approx(stretch_0, abs=1e-10)
+    assert trajectory.stretches_of(events.VALLEY)[0] == pytest.approx(valley, abs=1e-10)
+    assert trajectory.stretches_of(events.PEAK)[-1] == pytest.approx(stretch_0, abs=1e-10)
 
 
 def test_viscoelastic_reference_values():
     trajectory = solve_oscillation(ROW_2, 1.5, np.array([0.06]), tolerance=1e-12)
     assert trajectory.period_s == pytest.approx(0.017605080849, abs=1e-12)
-    assert trajectory.stretches_of(stepping.PEAK)[:3] == pytest.approx([1.16123865, 1.04248209, 1.01194019], abs=6e-9)
-    kinds = [stepping.DOWNWARD, stepping.VALLEY, stepping.UPWARD, stepping.PEAK]
+    assert trajectory.stretches_of(events.PEAK)[:3] == pytest.approx([1.16123865, 1.04248209, 1.01194019], abs=6e-9)
+    kinds = [events.DOWNWARD, events.VALLEY, events.UPWARD, events.PEAK]
     assert trajectory.event_kind[:12].tolist() == kinds * 3
-    crossings = np.isin(trajectory.event_kind, [stepping.UPWARD, stepping.DOWNWARD])
+    crossings = np.isin(trajectory.event_kind, [events.UPWARD, events.DOWNWARD])
     assert trajectory.event_stretch[crossings] == pytest.approx(1.0, abs=1e-12)
 
 
@@ -92,9 +92,9 @@ def test_energy_balance(stretch_0):
 
 def test_energy_is_kept_over_a_thousand_elastic_oscillations():
     trajectory = solve_oscillation(ELASTIC, 1.5, np.array([1000 * 1.045 * UNIT]), tolerance=1e-12)
-    assert trajectory.times_of(stepping.PEAK).size == 1000
+    assert trajectory.times_of(events.PEAK).size == 1000
     assert trajectory.energy_error < 1e-9
-    assert np.diff(trajectory.times_of(stepping.PEAK)) / UNIT == pytest.approx(1.044997246, abs=2e-9)
+    assert np.diff(trajectory.times_of(events.PEAK)) / UNIT == pytest.approx(1.044997246, abs=2e-9)
 
 
 @pytest.mark.parametrize(("ratio", "expected"), [(0.0, 0.99346), (1.0, 0.70248)])
@@ -107,6 +107,15 @@ def test_a_flow_without_limit_leaves_the_lasting_network():
     """Fast flow relaxes the second network at once: the period is that of G∞ alone."""
     fast = changed(eps0_dot_1_s=2.0, n=0.0)
     assert find_period(fast, 1.01) / UNIT == pytest.approx(0.9935, abs=2e-3)
+
+
+@pytest.mark.parametrize("stretch_0", [0.7, 1.4])
+def test_the_period_ends_with_an_extremum_of_the_same_sense(stretch_0):
+    times = np.linspace(0.0, 0.03, 30_001)
+    stretch = oracle(ROW_2, stretch_0, times)[0]
+    outward = stretch if stretch_0 > 1.0 else -stretch
+    turns = np.flatnonzero((outward[1:-1] > outward[:-2]) & (outward[1:-1] >= outward[2:])) + 1
+    assert find_period(ROW_2, stretch_0) == pytest.approx(times[turns[0]], abs=1e-6)
 
 
 def test_period_of_a_sphere_that_creeps_is_not_a_number():
@@ -189,6 +198,7 @@ def test_refuses_times_that_fall():
     m=st.floats(0.5, 2.0),
     xi=st.floats(0.01, 0.5),
 )
+@example(stretch_0=2.0, ratio=4.0, log_flow=0.0, n=0.0, m=1.125, xi=0.5)
 def test_random_parameters_oscillate_and_lose_energy(stretch_0, ratio, log_flow, n, m, xi):
     material = changed(g_t_pa=6900.0 * ratio, tau0_pa=6900.0, eps0_dot_1_s=200.0 * 10**log_flow, n=n, m=m, xi=xi)
     try:
@@ -201,8 +211,9 @@ def test_random_parameters_oscillate_and_lose_energy(stretch_0, ratio, log_flow,
     assert np.all(found.stretch > 0.0)
     if abs(stretch_0 - 1.0) > 1e-4:  # below, the energy itself is rounding
         assert found.energy_error < 1e-6
-    turning = np.isin(found.event_kind, [stepping.PEAK, stepping.VALLEY])
+    turning = np.isin(found.event_kind, [events.PEAK, events.VALLEY])
     assert np.all(np.diff(found.event_kind[turning]) != 0)
+    assert np.all(np.diff(found.event_kind[~turning]) != 0)
     assert np.all(np.diff(found.event_t_s) >= 0.0)
 
 

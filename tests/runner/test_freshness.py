@@ -21,7 +21,7 @@ from wentry_cli.runner.drop import Event, run_drop
 from wentry_cli.runner.lock import locked
 from wentry_cli.runner.plan import Choice, plan
 from wentry_cli.runner.record import write_drop, write_run
-from wentry_cli.runner.status import drop_status
+from wentry_cli.runner.status import campaign_status
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 
 EXPERIMENT = """\
@@ -67,7 +67,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     identity = types.ModuleType("identity")
     identity.recording_identity = lambda path, verify=False: f"{path}{verify}"  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "wentry_cli.frames.identity", identity)
-    plan_module._identity.cache_clear()
+    plan_module.identity.cache_clear()
     return names
 
 
@@ -128,7 +128,7 @@ def test_a_recording_that_vanished_fails_its_drop_only(
         raise InputError(f"{path}: no such file")
 
     monkeypatch.setattr(sys.modules["wentry_cli.frames.identity"], "recording_identity", gone)
-    plan_module._identity.cache_clear()
+    plan_module.identity.cache_clear()
     failure = run_drop(results, drop, TWO, Choice(), lambda event: None)
     assert failure is not None
     assert (failure.exit_code, failure.stage) == (4, "ingest")
@@ -156,7 +156,7 @@ def test_fit_refuses_what_was_not_measured(results: Path, drop: Drop, ran: list[
 def test_status_tells_what_the_plan_would_do(results: Path, drop: Drop, ran: list[str]) -> None:
     _run(results, drop)
     (results / "video" / "frames.csv").unlink()
-    states = drop_status(results)["video"]
+    states = campaign_status(results)["video"]
     assert states["ingest"] == ("stale", "frames.csv was changed or removed")
     assert states["track"] == ("stale", "ingest runs before it")
     assert states["stretch"][0] == "not needed"

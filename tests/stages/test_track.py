@@ -96,6 +96,22 @@ def test_a_wall_before_the_water_is_found(tmp_path: Path) -> None:
     assert rms(found["y_b"][found["ok"]]) < 2 * CLEAN_Y_B_PX
 
 
+def test_a_rigid_sphere_behind_a_wall_is_measured_with_the_scale_of_the_water(tmp_path: Path) -> None:
+    sphere = {"diameter_m": 0.051, "material": "rigid"}
+    side = {"width": 288, "height": 480, "scale_px_per_m": 2400.0, "surface_y_px": 150.25}  # 3.7 px of radius apart
+    clip = {"before_s": 0.006, "longest_s": 0.035}
+    folder = render(tmp_path / "drop", sphere=sphere, side=side, switches={"wet_scale": 1.06}, clip=clip)
+    drop, error = measure(folder, tmp_path / "out")
+    assert error is None
+    assert not drop.experiment.deformable
+    geometry = read_table(tmp_path / "out", "geometry").iloc[0]
+    said = truth(folder)[1]
+    assert geometry.scale_water_px_per_m == pytest.approx(said["scale_water_px_per_m"], rel=1e-3)
+    found = errors_px(folder, tmp_path / "out")
+    assert found["ok"].mean() > 0.95
+    assert np.sqrt(np.nanmean(found["y_b"][found["ok"]] ** 2)) < 0.1
+
+
 def test_a_drop_on_a_plate(tmp_path: Path) -> None:
     side = SIDE | {"surface_y_px": 200.375}
     folder = render(tmp_path / "drop", kind="surface_impact", side=side)
@@ -106,6 +122,41 @@ def test_a_drop_on_a_plate(tmp_path: Path) -> None:
     assert rms(found["stretch"]) < CLEAN_STRETCH
     assert rms(found["y_b"]) < 2 * CLEAN_Y_B_PX
     assert read_table(tmp_path / "out", "side").separation_y_px.isna().all()
+
+
+def _tilt_pulls(out: Path, tilt_deg: float) -> np.ndarray:
+    side = read_table(out, "side")
+    told = side[side.tilt_deg.notna()]
+    assert (told.status == "ok").all()
+    assert told.tilt_deg_unc.notna().all()
+    assert side[abs(side.stretch - 1) < 0.003].tilt_deg.isna().all()
+    return ((told.tilt_deg - tilt_deg) / told.tilt_deg_unc).to_numpy(float)
+
+
+def test_a_tilted_sphere_tells_its_tilt_and_is_measured_all_the_same(tmp_path: Path) -> None:
+    folder = render(tmp_path / "drop", switches={"tilt_deg": 5.0}, clip={"before_s": 0.006, "longest_s": 0.05})
+    measure(folder, tmp_path / "out")
+    pulls = _tilt_pulls(tmp_path / "out", 5.0)
+    assert pulls.size > 30
+    assert (np.abs(pulls) < 3).all()
+    known, _ = truth(folder)
+    side = read_table(tmp_path / "out", "side").iloc[: len(known)]
+    good = (side.status == "ok").to_numpy()
+    for name in ("stretch", "y_b_m"):
+        off = ((side[name] - known[name]) / side[f"{name}_unc"]).to_numpy(float)[good]
+        assert np.mean(np.abs(off) > 3) <= 0.02, name
+    found = errors_px(folder, tmp_path / "out")
+    assert rms(found["y_b"][found["ok"]]) < CLEAN_Y_B_PX
+
+
+def test_a_tilted_sphere_on_a_plate(tmp_path: Path) -> None:
+    side = SIDE | {"surface_y_px": 200.375}
+    folder = render(tmp_path / "drop", kind="surface_impact", side=side, switches={"tilt_deg": 5.0})
+    measure(folder, tmp_path / "out")
+    found = errors_px(folder, tmp_path / "out")
+    assert found["ok"].all()
+    assert rms(found["stretch"]) < CLEAN_STRETCH
+    assert (np.abs(_tilt_pulls(tmp_path / "out", 5.0)) < 3).all()
 
 
 def test_a_free_flight_counts_from_its_first_frame(tmp_path: Path) -> None:
@@ -142,7 +193,9 @@ def test_a_clip_that_ends_before_the_surface(short: Path, tmp_path: Path) -> Non
     assert isinstance(error, TooFewMeasurementsError)
     side = read_table(tmp_path, "side")
     assert len(side) == 8
-    assert (side.status == "ok").all()
+    assert side.center_y_px.notna().all()
+    assert side.t_s.isna().all()
+    assert (side.status == "not_identified").all()  # without the impact a row has no time
 
 
 def test_a_video_without_a_sphere(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ import pandas as pd
 
 from wentry_cli.bench.row import BenchRow
 from wentry_cli.config.campaign import Drop, read_drop
+from wentry_cli.frames.decoded import decoded_once
 from wentry_cli.frames.formats import open_recording
 from wentry_cli.stages import cavity, ingest, kinematics, stretch, track
 from wentry_cli.synthetic.campaign import render_drop
@@ -120,10 +121,11 @@ def _timed(work: Callable[[], Any]) -> float:
 def _process(results: Path, drop: Drop) -> dict[str, float]:
     """Run the stages of `wentry process`; processor time of each in seconds."""
     taken = {}
-    for stage in PROCESS:
-        started = time.process_time()
-        stage.run(results, drop)
-        taken[stage.__name__.rpartition(".")[2]] = time.process_time() - started
+    with decoded_once(results):
+        for stage in PROCESS:
+            started = time.process_time()
+            stage.run(results, drop)
+            taken[stage.__name__.rpartition(".")[2]] = time.process_time() - started
     return taken
 
 

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
+
+from wentry_cli.compiled import compiled
+from wentry_cli.contours.normal_equations import solve
 
 Floats = NDArray[np.float64]
 
@@ -14,31 +19,42 @@ BLUR_PX = 1.2  # of the image and of the smoothing along the wall
 LEDGE_PX = 6.0  # a step of the width between two rows
 LEDGE_UNC_PX = 0.7
 CLEAR_KINK, LEAST_ROUNDING_PX = 2.0, 0.15  # in units of the noise, and in pixels: less is no kink
+KINK_TRIALS = 81  # places within the blurred rows
+
+Vertex = tuple[float, float, float]
+"""Row and width of a minimum and half of the misfit, px; a row of NaN where there is none of that kind."""
 
 
-def interior_minima(width: Floats) -> list[int]:
+@compiled
+def interior_minima(width: Floats) -> NDArray[np.int64]:
     """Return the middle of every lowest run of equal widths that is lower than both of its neighbours."""
-    if width.size < 5:
-        return []
-    change = np.flatnonzero(np.diff(width))
-    starts = np.concatenate([[0], change + 1])
-    ends = np.concatenate([change, [width.size - 1]])
-    level = width[starts]
-    inner = np.flatnonzero((level[1:-1] < level[:-2]) & (level[1:-1] < level[2:])) + 1
-    return [int((starts[i] + ends[i]) // 2) for i in inner]
+    found = np.empty(width.size, np.int64)
+    count, start = 0, 0
+    for index in range(1, width.size - 1 if width.size >= 5 else 0):
+        if width[index] != width[index - 1]:
+            start = index
+        if start > 0 and width[start - 1] > width[index] < width[index + 1]:
+            found[count] = (start + index) // 2
+            count += 1
+    return found[:count]
 
 
+@compiled
 def prominence_of(width: Floats, index: int) -> float:
     """Return how far the width rises on the lower of both sides before it falls below ``width[index]``."""
-    rises = []
-    for side in (width[:index][::-1], width[index + 1 :]):
-        deeper = np.flatnonzero(side < width[index])
-        reach = side[: deeper[0]] if deeper.size else side
-        rises.append(float(reach.max() - width[index]) if reach.size else 0.0)
-    return min(rises)
+    lower = math.inf
+    for step in (-1, 1):
+        rise = 0.0
+        at = index + step
+        while 0 <= at < width.size and not width[at] < width[index]:
+            rise = max(rise, width[at] - width[index])
+            at += step
+        lower = min(lower, rise)
+    return lower
 
 
-def find_vertex(y: Floats, width: Floats, index: int, *, noise: float) -> tuple[float, float, float]:
+@compiled
+def find_vertex(y: Floats, width: Floats, index: int, noise: float) -> Vertex:
     """Return row and width of the minimum at ``index`` of ``width`` (n,) at the rows ``y``, and half of the misfit.
 
     Smooth minima are the vertex of a cubic. Where one cavity starts inside another the wall has a kink, which blur
@@ -46,40 +62,79 @@ def find_vertex(y: Floats, width: Floats, index: int, *, noise: float) -> tuple[
     to it. ``noise`` is the standard deviation of one width.
     """
     if width[index] == 0.0:
-        return float(y[index]), 0.0, 0.0
+        return y[index], 0.0, 0.0
     ledge = _ledge(y, width, index)
-    if ledge is not None:
+    if not math.isnan(ledge[0]):
         return ledge
     kink = _kink(y, width, index, max(CLEAR_KINK * noise, LEAST_ROUNDING_PX))
-    if kink is not None:
+    if not math.isnan(kink[0]):
         return kink
-    row, narrowest, misfit = _smooth_vertex(y, width, index)
-    return row, narrowest, float(np.nan_to_num(misfit))
+    return _smooth_vertex(y, width, index)
 
 
-def _smooth_vertex(y: Floats, width: Floats, index: int) -> tuple[float, float, float]:
+@compiled
+def _polynomial(rows: Floats, values: Floats, degree: int) -> Floats:
+    """Coefficients, constant first, of the least-squares polynomial; NaN where the rows do not determine it."""
+    scale = max(np.abs(rows).max(), 1.0)
+    normal, right = np.zeros((degree + 1, degree + 1)), np.zeros(degree + 1)
+    powers = np.empty(degree + 1)
+    for n in range(rows.size):
+        powers[0] = 1.0
+        for i in range(degree):
+            powers[i + 1] = powers[i] * rows[n] / scale
+        for i in range(degree + 1):
+            right[i] += powers[i] * values[n]
+            for j in range(degree + 1):
+                normal[i, j] += powers[i] * powers[j]
+    if not solve(normal, right):
+        right[:] = np.nan
+    for i in range(degree + 1):
+        right[i] /= scale**i
+    return right
+
+
+@compiled
+def _value(coefficients: Floats, at: float) -> float:
+    total = 0.0
+    for i in range(coefficients.size - 1, -1, -1):
+        total = total * at + coefficients[i]
+    return total
+
+
+@compiled
+def _slope(coefficients: Floats, at: float) -> float:
+    total = 0.0
+    for i in range(coefficients.size - 1, 0, -1):
+        total = total * at + i * coefficients[i]
+    return total
+
+
+@compiled
+def _smooth_vertex(y: Floats, width: Floats, index: int) -> Vertex:
     """Vertex of a cubic as far as the width rises by ``RISE_PX``: a minimum is seldom symmetric, a flat one needs rows.
 
-    The cubic describes the square of the width: near its closure a neck is a hyperboloid. The misfit is NaN where
-    there are too few rows.
+    The cubic describes the square of the width: near its closure a neck is a hyperboloid. The misfit is 0 where there
+    are too few rows.
     """
     low, high = _reach(width, index, -1), _reach(width, index, 1)
     rows, values = y[low : high + 1] - y[index], width[low : high + 1]
     if rows.size < 7:
-        return float(y[index]), float(width[index]), float("nan")
-    cubic = np.polyfit(rows, values**2, 3)
-    fitted = np.sqrt(np.maximum(np.polyval(cubic, rows), 0.0))
-    misfit = 0.5 * float(np.sqrt(np.mean((fitted - values) ** 2)))
-    slope = np.polyder(cubic)
-    roots = np.roots(slope)
-    level = np.asarray(roots[np.isreal(roots)].real, dtype=np.float64)
-    turning: Floats = level[np.polyval(np.polyder(slope), level) > 0.0]
-    if turning.size == 0 or abs(turning[0]) > HALF_WINDOW:
-        return float(y[index]), float(width[index]), misfit
-    narrowest = float(np.sqrt(max(float(np.polyval(cubic, turning[0])), 0.0)))
-    return float(y[index] + turning[0]), narrowest, misfit
+        return y[index], width[index], 0.0
+    cubic = _polynomial(rows, values**2, 3)
+    squares = 0.0
+    for n in range(rows.size):
+        squares += (math.sqrt(max(_value(cubic, rows[n]), 0.0)) - values[n]) ** 2
+    misfit = 0.5 * math.sqrt(squares / rows.size)
+    # of the two places where the slope vanishes, the one with the upward bend
+    inside = cubic[2] ** 2 - 3.0 * cubic[1] * cubic[3]
+    root = math.sqrt(inside) if inside > 0.0 else math.nan
+    turning = -cubic[1] / (cubic[2] + root) if cubic[2] > 0.0 else (root - cubic[2]) / (3.0 * cubic[3])
+    if not abs(turning) <= HALF_WINDOW:
+        return y[index], width[index], misfit
+    return y[index] + turning, math.sqrt(max(_value(cubic, turning), 0.0)), misfit
 
 
+@compiled
 def _reach(width: Floats, index: int, step: int) -> int:
     """Return the last index from ``index`` on in direction ``step`` that the cubic takes in."""
     at = index
@@ -91,43 +146,55 @@ def _reach(width: Floats, index: int, step: int) -> int:
     return at
 
 
-def _side(y: Floats, width: Floats, index: int, step: int) -> Floats | None:
-    """Parabola through the squared width of one side of a minimum beyond the blurred rows, None if it is too short.
+@compiled
+def _side(y: Floats, width: Floats, index: int, step: int) -> Floats:
+    """Parabola through the squared width of one side of a minimum beyond the blurred rows, NaN if it is too short.
 
     It is in rows from ``index``.
     """
-    far = index + step * SIDE_ROWS
-    part = slice(index + BLURRED_ROWS, far + 1) if step > 0 else slice(max(far, 0), max(index - BLURRED_ROWS + 1, 0))
-    rows, values = y[part] - y[index], width[part]
-    if rows.size < 5 or np.abs(np.diff(values)).max() > LEDGE_PX or np.ptp(rows) > 2 * SIDE_ROWS:
-        return None
-    return np.asarray(np.polyfit(rows, values**2, 2))
+    if step > 0:
+        first, stop = index + BLURRED_ROWS, min(index + SIDE_ROWS + 1, width.size)
+    else:
+        first, stop = max(index - SIDE_ROWS, 0), index - BLURRED_ROWS + 1
+    if stop - first < 5:
+        return np.full(3, np.nan)
+    rows, values = y[first:stop] - y[index], width[first:stop]
+    if np.abs(values[1:] - values[:-1]).max() > LEDGE_PX or rows[-1] - rows[0] > 2 * SIDE_ROWS:
+        return np.full(3, np.nan)
+    return _polynomial(rows, values**2, 2)
 
 
-def _kink(y: Floats, width: Floats, index: int, least: float) -> tuple[float, float, float] | None:
-    """Where the continued sides meet, with the width there; None where blur would round off less than ``least``."""
+@compiled
+def _crossing_of(above: Floats, below: Floats) -> float:
+    """The first row within the blurred ones behind which ``above`` falls under ``below``; NaN where there is none."""
+    step = 2.0 * BLURRED_ROWS / (KINK_TRIALS - 1)
+    for trial in range(KINK_TRIALS - 1):
+        row, following = trial * step - BLURRED_ROWS, (trial + 1) * step - BLURRED_ROWS
+        if _value(above, row) >= _value(below, row) and _value(above, following) < _value(below, following):
+            return row
+    return math.nan
+
+
+@compiled
+def _kink(y: Floats, width: Floats, index: int, least: float) -> Vertex:
+    """Where the continued sides meet, with the width there; NaN where blur would round off less than ``least``."""
     above, below = _side(y, width, index, -1), _side(y, width, index, 1)
-    if above is None or below is None:
-        return None
-    rows = np.linspace(-BLURRED_ROWS, BLURRED_ROWS, 81)
-    gap = np.polyval(above, rows) - np.polyval(below, rows)
-    meets = np.flatnonzero((gap[:-1] >= 0.0) & (gap[1:] < 0.0))
-    if meets.size == 0:
-        return None
-    row = float(rows[meets[0]])
-    value = float(np.sqrt(max(float(np.polyval(below, row)), 0.0)))
+    row = _crossing_of(above, below)
+    if math.isnan(row):
+        return math.nan, math.nan, math.nan
+    value = math.sqrt(max(_value(below, row), 0.0))
     scale = 2.0 * max(value, 1.0)
-    falls = float(np.polyval(np.polyder(above), row)) / scale
-    rises = float(np.polyval(np.polyder(below), row)) / scale
+    falls, rises = _slope(above, row) / scale, _slope(below, row) / scale
     # A kink of that strength is rounded off by so much; a minimum that is rounder is no kink.
-    rounding = (rises - falls) * BLUR_PX / np.sqrt(2.0 * np.pi)
+    rounding = (rises - falls) * BLUR_PX / math.sqrt(2.0 * math.pi)
     if not falls < 0.0 < rises or rounding < least or not -0.5 < width[index] - value < 1.5 * rounding:
-        return None
-    return float(y[index] + row), value, 0.05
+        return math.nan, math.nan, math.nan
+    return y[index] + row, value, 0.05
 
 
-def _ledge(y: Floats, width: Floats, index: int) -> tuple[float, float, float] | None:
-    """Continue the side without a step to the step, where one lies within the blurred rows of the minimum.
+@compiled
+def _ledge(y: Floats, width: Floats, index: int) -> Vertex:
+    """Continue the side without a step to the step, where one lies within the blurred rows of the minimum; else NaN.
 
     Blur hides how the wall bends right below the step, hence the large uncertainty.
     """
@@ -136,10 +203,10 @@ def _ledge(y: Floats, width: Floats, index: int) -> tuple[float, float, float] |
             here, there = index + step * near, index + step * (near + 1)
             if not 0 <= there < width.size or width[there] - width[here] < LEDGE_PX:
                 continue
-            part = slice(index + 1, index + 7) if step < 0 else slice(max(index - 6, 0), index)
-            if width[part].size < 5:
-                return None
-            row = 0.5 * float(y[here] + y[there] - 2.0 * y[index])
-            value = float(np.polyval(np.polyfit(y[part] - y[index], width[part], 2), row))
-            return float(y[index] + row), float(np.clip(value, 0.0, width[index])), LEDGE_UNC_PX
-    return None
+            first, stop = (index + 1, min(index + 7, width.size)) if step < 0 else (max(index - 6, 0), index)
+            if stop - first < 5:
+                return math.nan, math.nan, math.nan
+            row = 0.5 * (y[here] + y[there] - 2.0 * y[index])
+            value = _value(_polynomial(y[first:stop] - y[index], width[first:stop], 2), row)
+            return y[index] + row, min(max(value, 0.0), width[index]), LEDGE_UNC_PX
+    return math.nan, math.nan, math.nan

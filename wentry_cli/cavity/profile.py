@@ -7,12 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from wentry_cli.cavity.row_edges import find_closed_rows, find_edges, find_missing_light, mend_thin_walls
+from wentry_cli.cavity.row_edges import find_closed_rows, find_edges, mend_thin_walls
 from wentry_cli.cavity.wall_smoothing import smooth_wall
-from wentry_cli.imaging.components import find_dark_parts
+from wentry_cli.compiled import compiled
+from wentry_cli.imaging.components import DarkParts, find_dark_parts
+from wentry_cli.imaging.order_statistics import linear_quantile
 from wentry_cli.imaging.patch import Patch
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int32]
 
 SURFACE_ROWS = 12  # where the surface band may reach, and a cavity that has left it is still followed
 RIM_PX = 3  # a row that is dark up to the rim of the patch belongs to the surface band
@@ -79,15 +82,15 @@ def measure_profile(patch: Patch, sphere: SphereOutline, *, surface_y_px: float)
     if not dark < DARKEST_USEFUL * ground:
         return empty_profile("no_edge")
     rows = last - first + 1
-    body = _silhouette(values, _faint_level(ground, dark, patch.noise_floor), sphere, patch.x0, first)
-    left, right, wall = find_edges(values[:rows], body[:rows], 0.5 * (ground + dark), RIM_PX)
+    parts, keep = _silhouette(values, _faint_level(ground, dark, patch.noise_floor), sphere, patch.x0, first)
+    spans = parts.spans(keep)
+    left, right, wall = find_edges(values[:rows], (spans[0][:rows], spans[1][:rows]), 0.5 * (ground + dark), RIM_PX)
     above = max(min(int(sphere.top_y_px) - 2 - first, rows), 0)  # rows whose light the sphere does not take away
-    light = find_missing_light(values[:above], body[:above], ground, dark, RIM_PX)
-    mend_thin_walls(left[:above], right[:above], wall[:above], *light)
+    mend_thin_walls(values, spans, (left[:above], right[:above], wall[:above]), (ground, dark), RIM_PX)
     seen = np.isfinite(left)
     if seen.sum() < 8:
         return empty_profile("no_edge")
-    closed = find_closed_rows(values[:rows], body[:rows], 0.5 * (ground + dark))
+    closed = find_closed_rows(values, parts, keep, rows, 0.5 * (ground + dark))
     left[closed] = right[closed] = np.nan
     left, left_spread = smooth_wall(-left)
     right, right_spread = smooth_wall(right)
@@ -96,10 +99,10 @@ def measure_profile(patch: Patch, sphere: SphereOutline, *, surface_y_px: float)
         y_px=first + np.arange(rows, dtype=np.float64),
         left_px=patch.x0 - left,
         right_px=patch.x0 + right,
-        top_y_px=float(first + np.flatnonzero(body.any(axis=1))[0]),
+        top_y_px=float(first + np.flatnonzero(spans[0] >= 0)[0]),
         edge_unc_px=float(0.5 * np.hypot(left_spread, right_spread)),
         dark_level=float(dark / ground),
-        cut_off=bool(np.sum((~seen & body[:rows].any(axis=1))[SURFACE_ROWS:]) > 0.1 * rows),
+        cut_off=bool(np.sum((~seen & (spans[0][:rows] >= 0))[SURFACE_ROWS:]) > 0.1 * rows),
         status="ok",
     )
 
@@ -110,16 +113,32 @@ def empty_profile(status: str) -> CavityProfile:
     return CavityProfile(none, none, none, float("nan"), float("nan"), float("nan"), False, status)
 
 
+@compiled
 def _levels(values: NDArray[np.float32]) -> tuple[float, float]:
     """Return the level of the ground (its upper half) and of the dark walls."""
-    sample = values[::4, ::4]
-    sample = sample[np.isfinite(sample)]
-    if sample.size < 50:
+    rows, columns = (values.shape[0] + 3) // 4, (values.shape[1] + 3) // 4
+    sample = np.empty(rows * columns)
+    seen, bright = 0, 0
+    for row in range(rows):
+        line = values[4 * row, :]
+        for column in range(columns):
+            value = line[4 * column]
+            seen += 1 if np.isfinite(value) else 0
+            if value > 0.7:
+                sample[bright] = value
+                bright += 1
+    if seen < 50:
         return 1.0, 1.0
-    ground = float(np.median(sample[sample > 0.7])) if np.any(sample > 0.7) else 1.0
-    darker = sample[sample < 0.6 * ground]
-    dark = float(np.percentile(darker, 30)) if darker.size >= 8 else ground
-    return ground, dark
+    ground = linear_quantile(sample, bright, 0.5) if bright else 1.0
+    count = 0
+    for row in range(rows):
+        line = values[4 * row, :]
+        for column in range(columns):
+            value = line[4 * column]
+            if value < 0.6 * ground:
+                sample[count] = value
+                count += 1
+    return ground, linear_quantile(sample, count, 0.3) if count >= 8 else ground
 
 
 def _faint_level(ground: float, dark: float, noise: float) -> float:
@@ -129,20 +148,33 @@ def _faint_level(ground: float, dark: float, noise: float) -> float:
 
 def _silhouette(
     values: NDArray[np.float32], level: float, sphere: SphereOutline, x0: int, y0: int
-) -> NDArray[np.uint8]:
-    """Mark the dark components that make up sphere and cavity."""
+) -> tuple[DarkParts, NDArray[np.bool_]]:
+    """Return the dark components and which of them make up sphere and cavity."""
     parts = find_dark_parts(values, level)
-    keep = np.zeros(len(parts.boxes), np.bool_)
-    if keep.size == 0:
-        return np.zeros(values.shape, np.uint8)
     axis = int(np.clip(round(sphere.x_px) - x0, 0, values.shape[1] - 1))
     reach = max(int(0.35 * sphere.across_px), 2)
     equator = int(np.clip(round(sphere.y_px) - y0, 0, values.shape[0] - 1))
-    foot = (parts.row >= equator - 3) & (parts.row <= equator)
-    inside = np.minimum(parts.last, axis + 3 * reach) - np.maximum(parts.first, axis - 3 * reach) + 1
-    counts = np.bincount(parts.label[foot], np.maximum(inside[foot], 0), minlength=keep.size)
-    keep[int(np.argmax(counts))] = counts.max() > 0
-    left, top, right, bottom, _area = parts.boxes.T
-    spans_axis = (left <= axis) & (axis <= right) & (right - left + 1 >= reach)
-    keep |= spans_axis & (top <= SURFACE_ROWS) & (bottom - top + 1 >= 4)
-    return parts.mask(keep)
+    return parts, _belongs((parts.row, parts.first, parts.last, parts.label), parts.boxes, (axis, reach, equator))
+
+
+@compiled
+def _belongs(runs: tuple[Ints, Ints, Ints, Ints], boxes: Ints, sphere: tuple[int, int, int]) -> NDArray[np.bool_]:
+    """Tell which parts hold most of the sphere's rows above its equator, or reach from the surface over its axis.
+
+    ``sphere`` is the column of its axis, the width that counts and the row of its equator.
+    """
+    axis, reach, equator = sphere
+    keep, counts = np.zeros(boxes.shape[0], np.bool_), np.zeros(boxes.shape[0], np.int64)
+    for run in range(runs[0].size):
+        if equator - 3 <= runs[0][run] <= equator:
+            inside = min(runs[2][run], axis + 3 * reach) - max(runs[1][run], axis - 3 * reach) + 1
+            counts[runs[3][run]] += max(inside, 0)
+    best = 0
+    for part in range(boxes.shape[0]):
+        best = part if counts[part] > counts[best] else best
+        left, top, right, bottom = boxes[part, 0], boxes[part, 1], boxes[part, 2], boxes[part, 3]
+        spans_axis = left <= axis <= right and right - left + 1 >= reach
+        keep[part] = spans_axis and top <= SURFACE_ROWS and bottom - top + 1 >= 4
+    if keep.size and counts[best] > 0:
+        keep[best] = True
+    return keep

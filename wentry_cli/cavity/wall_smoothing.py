@@ -2,35 +2,52 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
+from wentry_cli.imaging.order_statistics import median_of
 
 Floats = NDArray[np.float64]
 
 SMOOTHING_ROWS = 3
 BUMP_ROWS = 17  # what sticks out of a wall over fewer rows is a bubble or a droplet
 BUMP_PX = 2.0
+HOLE_PX = -1e6  # an edge that was not seen
 JUMP_PX = 3.0  # between two rows; a wall is not smoothed across it
 
 
+@compiled
 def smooth_wall(edge: Floats) -> tuple[Floats, float]:
     """Return the edge (outward positive) without bumps, smoothed by local parabolas, and its scatter between rows."""
     clean = edge.copy()
-    clean[_sticks_out(edge)] = np.nan
+    _leave_out_bumps(edge, clean)
     smooth = np.empty_like(clean)
     _local_parabola(clean, SMOOTHING_ROWS, JUMP_PX, smooth)
-    rest = (clean - smooth)[np.isfinite(smooth)]
-    return smooth, float(1.4826 * np.median(np.abs(rest))) if rest.size else float("nan")
+    rest = np.empty_like(clean)
+    count = 0
+    for row in range(clean.size):
+        if np.isfinite(smooth[row]):
+            rest[count] = abs(clean[row] - smooth[row])
+            count += 1
+    return smooth, 1.4826 * median_of(rest, count)
 
 
-def _sticks_out(edge: Floats) -> NDArray[np.bool_]:
-    filled = np.where(np.isfinite(edge), edge, -1e6)
-    kernel = np.ones((BUMP_ROWS, 1), np.uint8)
-    opened = cv2.morphologyEx(filled[:, None].astype(np.float32), cv2.MORPH_OPEN, kernel)[:, 0]
-    return np.asarray(filled - opened > BUMP_PX)
+@compiled
+def _leave_out_bumps(edge: Floats, clean: Floats) -> None:
+    """Make those rows of ``clean`` NaN that stand out of the morphological opening of ``edge``."""
+    rows, half = edge.size, BUMP_ROWS // 2
+    lowest = np.empty(rows)
+    for row in range(rows):
+        lowest[row] = np.inf
+        for other in range(max(row - half, 0), min(row + half + 1, rows)):
+            lowest[row] = min(lowest[row], edge[other] if np.isfinite(edge[other]) else HOLE_PX)
+    for row in range(rows):
+        opened = -np.inf
+        for other in range(max(row - half, 0), min(row + half + 1, rows)):
+            opened = max(opened, lowest[other])
+        if edge[row] - opened > BUMP_PX:
+            clean[row] = np.nan
 
 
 @compiled

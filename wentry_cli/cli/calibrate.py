@@ -31,17 +31,31 @@ def command() -> None:
 
 
 @command.command(name="impact")
-@opt.options(opt.results_argument, opt.only, opt.quiet)
-def impact(results: Path, only: tuple[str, ...], quiet: bool) -> None:
+@opt.options(opt.results_argument, opt.dry_run, opt.only, opt.as_json, opt.quiet, opt.verbose)
+def impact(
+    results: Path, dry_run: bool, only: tuple[str, ...], as_json: bool, quiet: bool, verbose: bool
+) -> None:  # fmt: skip
     """Fit ε̇₀ and n of each sphere to its surface_impact drops in RESULTS, all heights together."""
     from wentry_cli.runner import commands
     from wentry_cli.stages import calibrate
+    from wentry_cli.stages.material_rows import rows_of
 
     campaign = commands.processed(results, only)
+    spheres = calibrate.drops_by_sphere(results, campaign.drops)
+    uses = {
+        sphere: {drop.name: calibrate.why_unused(results, drop) for drop in drops} for sphere, drops in spheres.items()
+    }
+    if dry_run:
+        _show_uses(uses, as_json)
+        return
+    if verbose:
+        for line in _lines(uses):
+            click.echo(line, err=True)
     with commands.locked(results):
         warnings = calibrate.calibrate_impact(results, campaign.drops)
     for sentence in warnings:
         click.echo(f"warning: {sentence}", err=True)
+    _show_rows(rows_of(results, "impact", list(spheres)), as_json, quiet)
     if not quiet:
         click.echo(f"{results / 'materials.csv'}; next: wentry fit {results}", err=True)
 
@@ -50,16 +64,75 @@ def impact(results: Path, only: tuple[str, ...], quiet: bool) -> None:
 @click.argument("csv", type=opt.FOLDER)
 @click.option("--diameter-m", type=Diameter(), required=True, help="Undeformed diameter of the sphere in metres.")
 @click.option("--material", default="sphere", show_default=True, help="Key for the row in materials.csv.")
-@opt.options(opt.results_option, opt.quiet)
-def compression(csv: Path, diameter_m: float, material: str, results: Path, quiet: bool) -> None:
+@opt.options(opt.results_option, opt.dry_run, opt.as_json, opt.quiet, opt.verbose)
+def compression(
+    csv: Path, diameter_m: float, material: str, results: Path, dry_run: bool, as_json: bool, quiet: bool, verbose: bool
+) -> None:
     """Fit G∞ to the force-displacement test in CSV (header force_N and displacement_m or displacement_mm)."""
+    from wentry_cli.cli.console import show_json
     from wentry_cli.runner import commands
-    from wentry_cli.stages import calibrate
+    from wentry_cli.stages import calibrate_compression as calibrate
+    from wentry_cli.stages.material_rows import rows_of
 
     test = calibrate.read_compression(csv)  # before the lock, which makes the folder
     if test.warning:
         click.echo(f"warning: {test.warning}", err=True)
+    facts = {
+        "points": int(test.force_n.size),
+        "greatest_displacement_m": float(test.displacement_m.max(initial=0.0)),
+        "greatest_force_n": float(test.force_n.max(initial=0.0)),
+        "material": material,
+        "writes": str(results / "materials.csv"),
+    }
+    if dry_run and as_json:
+        show_json(facts)
+    elif dry_run or verbose:
+        click.echo(
+            f"{csv}: {facts['points']} points up to {facts['greatest_displacement_m']:.6g} m and "
+            f"{facts['greatest_force_n']:.6g} N, for material {material} in {facts['writes']}",
+            err=not dry_run,
+        )
+    if dry_run:
+        return
     with commands.locked(results):
         calibrate.calibrate_compression(test, diameter_m, results, material=material)
+    _show_rows(rows_of(results, "compression", [material]), as_json, quiet)
     if not quiet:
         click.echo(f"{results / 'materials.csv'}", err=True)
+
+
+Uses = dict[str, dict[str, str | None]]
+
+
+def _lines(uses: Uses) -> list[str]:
+    return [
+        f"{sphere:24} {drop:24} {'used' if reason is None else f'not used: {reason}'}"
+        for sphere, drops in uses.items()
+        for drop, reason in drops.items()
+    ]
+
+
+def _show_uses(uses: Uses, as_json: bool) -> None:
+    from wentry_cli.cli.console import show_json
+
+    if as_json:
+        show_json(uses)
+    else:
+        click.echo("\n".join(_lines(uses)))
+
+
+def _show_rows(rows: list[dict[str, Any]], as_json: bool, quiet: bool) -> None:
+    """What was found: as JSON, or a line a row with the fitted numbers."""
+    from wentry_cli.cli.console import show_json
+
+    if as_json:
+        show_json(rows)
+        return
+    for row in rows if not quiet else ():
+        fitted = [
+            f"{name} {row[name]:.6g} ± {row[f'{name}_unc']:.2g}"
+            for name in ("g_inf_pa", "eps0_dot_1_s", "n")
+            if row[name] is not None and row[f"{name}_unc"] is not None
+        ]
+        words = [row["sphere_id"] or row["material"], ", ".join(fitted) or "no number", f"({row['status']})"]
+        click.echo(" ".join(words))

@@ -18,15 +18,18 @@ def command(video_dir: Path, settings: tuple[str, ...], only: tuple[str, ...], a
     from wentry_cli.runner.inspect import inspect_sources
 
     campaign = commands.read_campaign(video_dir, settings, only)
+    shared = {drop.name: None if drop.shared.path is None else str(drop.shared.path) for drop in campaign.drops}
     facts, failures = inspect_sources(campaign.drops)
     campaign.failures += failures
     if as_json:
-        show_json({"drops": facts, "failures": {failure.drop: failure.sentence for failure in campaign.failures}})
+        told = {failure.drop: failure.sentence for failure in campaign.failures}
+        show_json({"drops": facts, "campaign": shared, "failures": told})
     else:
-        for failure in campaign.failures:
-            click.echo(failure.sentence, err=True)
+        for sentence in [*(() if quiet else campaign.notes), *(failure.sentence for failure in campaign.failures)]:
+            click.echo(sentence, err=True)
         if not quiet:
             for name, views in facts.items():
+                click.echo(f"{name:24} campaign.yaml: {shared[name] or 'none'}")
                 for view, sentence in views.items():
                     click.echo(f"{name:24} {view:5} {sentence}")
     commands.raise_failures(campaign)

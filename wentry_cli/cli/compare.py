@@ -12,13 +12,13 @@ from wentry_cli.cli import options as opt
 @click.command(name="compare")
 @click.argument("results", type=opt.FOLDER)
 @click.argument("truth", type=opt.FOLDER)
-@opt.as_json
-def command(results: Path, truth: Path, as_json: bool) -> None:
+@opt.options(opt.only, opt.as_json)
+def command(results: Path, truth: Path, only: tuple[str, ...], as_json: bool) -> None:
     """Errors of RESULTS against TRUTH: a rendered campaign, or a CSV with `frame` and hand-tracked columns."""
     from wentry_cli.cli.console import show_json
     from wentry_cli.comparison.campaign import compare
 
-    lines = [line.row() for line in compare(results, truth)]
+    lines = [line.row() for line in compare(results, truth, only)]
     if as_json:
         show_json(lines)
         return

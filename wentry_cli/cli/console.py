@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,6 +11,8 @@ from typing import Any
 
 import click
 
+from wentry_cli.pipeline import CampaignStage, Stage
+from wentry_cli.runner.campaign_stages import ALL_DROPS
 from wentry_cli.runner.drop import Event, Report
 from wentry_cli.runner.plan import Step
 
@@ -67,20 +70,36 @@ def _bars(verbose: bool) -> Iterator[Report]:
         yield report
 
 
-def show_plan(plans: dict[str, list[Step]], *, as_json: bool) -> None:
-    """Print what would run, and why."""
+def show_plan(drops: dict[str, list[Step[Stage]]], over_all: list[Step[CampaignStage]], *, as_json: bool) -> None:
+    """Print what would run for each drop and over all of them, and why."""
+    rows = {name: [_plain(step) for step in steps] for name, steps in drops.items()}
+    if over_all:
+        rows[ALL_DROPS] = [_plain(step) for step in over_all]
     if as_json:
-        rows = {
-            name: [{"stage": step.stage.name, "action": step.action, "reason": step.reason} for step in steps]
-            for name, steps in plans.items()
-        }
         show_json(rows)
         return
-    for name, steps in plans.items():
+    for name, steps in rows.items():
         for step in steps:
-            click.echo(f"{name:24} {step.stage.name:12} {step.action.replace('_', ' '):12} {step.reason}")
+            show_line(name, step["stage"], step["action"].replace("_", " "), step["reason"])
+
+
+def show_line(drop: str, stage: str, state: str, reason: str) -> None:
+    """Print one line of a plan or of the state of things."""
+    click.echo(f"{'all drops' if drop == ALL_DROPS else drop:24} {stage:12} {state:12} {reason}".rstrip())
+
+
+def _plain(step: Step[Any]) -> dict[str, str]:
+    return {"stage": step.stage.name, "action": step.action, "reason": step.reason}
 
 
 def show_json(content: Any) -> None:
-    """Print plain data as JSON on stdout."""
-    click.echo(json.dumps(content, indent=1, sort_keys=True, ensure_ascii=False))
+    """Print plain data as JSON on stdout; a number that was not measured is ``null``."""
+    click.echo(json.dumps(_without_nan(content), indent=1, sort_keys=True, ensure_ascii=False, allow_nan=False))
+
+
+def _without_nan(content: Any) -> Any:
+    if isinstance(content, dict):
+        return {name: _without_nan(value) for name, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [_without_nan(value) for value in content]
+    return None if isinstance(content, float) and not math.isfinite(content) else content

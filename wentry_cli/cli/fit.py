@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
 from wentry_cli.cli import options as opt
+from wentry_cli.cli.flow import Flow
 
 
 @click.command(name="fit")
@@ -22,28 +24,12 @@ from wentry_cli.cli import options as opt
     opt.quiet,
     opt.verbose,
 )
-def command(
-    results: Path, jobs: int, cluster: str | None, dry_run: bool, until: str | None, force: str | None,
-    only: tuple[str, ...], as_json: bool, quiet: bool, verbose: bool,
-) -> None:  # fmt: skip
+def command(results: Path, only: tuple[str, ...], **common: Any) -> None:
     """Fit model and numbers of each processed drop in RESULTS, then the regressions over all of them."""
-    from wentry_cli.cli.console import reporting, show_json, show_plan
-    from wentry_cli.runner import commands
-    from wentry_cli.runner.campaign import Hands
-    from wentry_cli.runner.plan import Choice
+    from wentry_cli.runner.commands import processed
 
-    campaign = commands.processed(results, only)
-    choice = Choice(force, until)
-    if dry_run:
-        show_plan(commands.plans(campaign, results, ("fit",), choice), as_json=as_json)
-        return
-    with commands.locked(results):
-        with reporting(quiet=quiet, verbose=verbose) as report:
-            commands.tell_failures(campaign, report)
-            commands.fit(campaign, results, choice, Hands(jobs, cluster), report)
-        record = commands.finish(campaign, results, "fit")
-    if as_json:
-        show_json(record)
-    commands.raise_failures(campaign)
-    if not quiet and not as_json:
-        click.echo(f"{results / 'summary.csv'} and {results / 'scaling.csv'}; next: wentry report {results}", err=True)
+    Flow(results, **common).carry_out(
+        processed(results, only),
+        "fit",
+        lambda *_: f"{results / 'summary.csv'} and {results / 'scaling.csv'}; next: wentry report {results}",
+    )

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import click
 
-from wentry_cli.pipeline import stages_of
+from wentry_cli.pipeline import campaign_stages_of, stages_of
 
 F = TypeVar("F", bound=Callable[..., Any])
 FOLDER = click.Path(path_type=Path)
@@ -26,8 +26,9 @@ dry_run = click.option("-n", "--dry-run", is_flag=True, help="Show what would ru
 
 
 def _stages(*commands: str) -> list[str]:
-    """The stages that the given commands run, in order; ``fit`` ends with that of the campaign."""
-    return [stage.name for stage in stages_of(*commands)] + (["scaling"] if "fit" in commands else [])
+    """The stages that the given commands run, in order; those of the campaign come last."""
+    own = [stage.name for stage in stages_of(*commands)]
+    return own + [stage.name for stage in campaign_stages_of(*commands)]
 
 
 def until(*commands: str) -> Callable[[F], F]:

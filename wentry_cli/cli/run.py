@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
 from wentry_cli.cli import options as opt
+from wentry_cli.cli.flow import Flow
 
 
 @click.command(name="run")
@@ -16,42 +18,23 @@ from wentry_cli.cli import options as opt
     opt.jobs,
     opt.cluster,
     opt.dry_run,
-    opt.force("process", "fit"),
+    opt.until("process", "fit", "report"),
+    opt.force("process", "fit", "report"),
     opt.settings,
     opt.only,
+    opt.verify,
     opt.as_json,
     opt.quiet,
     opt.verbose,
 )
-def command(
-    video_dir: Path, results: Path, jobs: int, cluster: str | None, dry_run: bool, force: str | None,
-    settings: tuple[str, ...], only: tuple[str, ...], as_json: bool, quiet: bool, verbose: bool,
-) -> None:  # fmt: skip
+def command(video_dir: Path, settings: tuple[str, ...], only: tuple[str, ...], **common: Any) -> None:
     """Process VIDEO_DIR into RESULTS, fit and report. Drops that fail do not stop the others."""
-    from wentry_cli.cli.console import reporting, show_json, show_plan
-    from wentry_cli.runner import commands
-    from wentry_cli.runner.campaign import Hands
-    from wentry_cli.runner.plan import Choice
-    from wentry_cli.stages import report as report_stage
+    from wentry_cli.runner.commands import read_campaign
 
-    campaign = commands.read_campaign(video_dir, settings, only)
-    choice = Choice(force)
-    if dry_run:
-        show_plan(commands.plans(campaign, results, ("process", "fit"), choice), as_json=as_json)
-        for failure in campaign.failures:
-            click.echo(failure.sentence, err=True)
-        commands.raise_failures(campaign)
-        return
-    with commands.locked(results):
-        with reporting(quiet=quiet, verbose=verbose) as report:
-            commands.tell_failures(campaign, report)
-            commands.process(campaign, results, choice, Hands(jobs, cluster), report)
-            campaign.drops = [drop.with_calibration(results) for drop in campaign.drops]
-            commands.fit(campaign, results, choice, Hands(jobs, cluster), report)
-        record = commands.finish(campaign, results, "run")
-        report_stage.run(results, commands.processed(results).drops)
-    if as_json:
-        show_json(record)
-    commands.raise_failures(campaign)
-    if not quiet and not as_json:
-        click.echo(f"{opt.counted(len(campaign.drops), 'drop')} done; open {results / 'report.html'}", err=True)
+    flow = Flow(**common)
+    then = f"stopped after {flow.until}" if flow.until else f"open {flow.results / 'report.html'}"
+    flow.carry_out(
+        read_campaign(video_dir, settings, only),
+        "run",
+        lambda campaign, _: f"{opt.counted(len(campaign.drops), 'drop')} done; {then}",
+    )

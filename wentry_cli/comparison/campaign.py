@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -58,17 +58,24 @@ class Comparison:
         return {**head, **asdict(self.errors), "note": self.note}
 
 
-def compare(results: Path, truth: Path) -> list[Comparison]:
-    """Compare every drop of ``results`` that has a truth.
+def compare(results: Path, truth: Path, only: Sequence[str] = ()) -> list[Comparison]:
+    """Compare every drop of ``results`` that has a truth, or those named in ``only``.
 
     ``truth`` is a folder as ``wentry render`` writes it (drops with ``truth/``), or one CSV with ``frame`` or ``t_s``
     and columns of side.csv or kinematics.csv, for results of a single drop. Raises ``InputError`` where nothing can be
     compared.
     """
     drops = sorted(path.parent for path in results.glob("*/drop.json"))
+    unknown = sorted(set(only) - {folder.name for folder in drops})
+    if unknown:
+        known = ", ".join(folder.name for folder in drops)
+        raise InputError(f"{results}: has no drop {unknown[0]}; its drops are {known or 'none'}")
+    drops = [folder for folder in drops if not only or folder.name in only]
     if truth.is_file():
         if len(drops) != 1:
-            raise InputError(f"{truth}: a hand-tracked table serves one drop, but {results} holds {len(drops)}")
+            raise InputError(
+                f"{truth}: a hand-tracked table is of one drop, but {results} holds {len(drops)}; name it with --drop"
+            )
         found = list(_against_table(drops[0], _read_csv(truth)))
     else:
         found = [line for folder in drops for line in _against_truth(folder, _truth_folder(truth, folder.name))]

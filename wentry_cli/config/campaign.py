@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from wentry_cli.config.corrections import Corrections, read_corrections
+from wentry_cli.config.inheritance import Shared, find_shared
 from wentry_cli.config.materials import Material, calibrated, find_material, packaged_config
 from wentry_cli.config.messages import validate
 from wentry_cli.config.models import Experiment, View
@@ -15,12 +16,14 @@ from wentry_cli.config.places import Document, read_document
 from wentry_cli.errors import ConfigurationError, InputError
 
 EXPERIMENT = "experiment.yaml"
-CAMPAIGN = "campaign.yaml"
 
 
 @dataclass(frozen=True)
 class Drop:
-    """One drop: its name, the folder of its ``experiment.yaml``, its validated configuration and its material."""
+    """One drop: its name, the folder of its ``experiment.yaml``, its validated configuration and its material.
+
+    ``top`` is the VIDEO_DIR in which it was found, ``shared`` the ``campaign.yaml`` that it inherits from.
+    """
 
     name: str
     folder: Path
@@ -28,6 +31,8 @@ class Drop:
     material: Material | None = None
     materials_path: Path = field(default_factory=lambda: packaged_config("materials.yaml"))
     corrections: Corrections = field(default_factory=Corrections)
+    top: Path | None = None
+    shared: Shared = field(default_factory=Shared)
 
     def view(self, name: str) -> View:
         """The configuration of the view ``name``; raises ``KeyError`` where it was not filmed."""
@@ -49,7 +54,9 @@ class Drop:
         """What ``from_record`` needs to make this drop again, as plain data."""
         return {
             "name": self.name,
-            "folder": str(self.folder.resolve()),
+            "folder": os.path.abspath(self.folder),
+            "top": None if self.top is None else os.path.abspath(self.top),
+            "campaign": None if self.shared.path is None else str(self.shared.path),
             "experiment": self.experiment.model_dump(mode="json"),
             "material": None if self.material is None else self.material.model_dump(mode="json"),
             "materials_path": str(self.materials_path),
@@ -59,7 +66,7 @@ class Drop:
     @classmethod
     def from_record(cls, record: dict[str, Any]) -> Drop:
         """Make a drop from its record."""
-        material = record["material"]
+        material, top, campaign = (record.get(key) for key in ("material", "top", "campaign"))
         return cls(
             name=record["name"],
             folder=Path(record["folder"]),
@@ -67,6 +74,8 @@ class Drop:
             material=None if material is None else Material.model_validate(material),
             materials_path=Path(record["materials_path"]),
             corrections=Corrections.model_validate(record["corrections"]),
+            top=None if top is None else Path(top),
+            shared=Shared(None if campaign is None else Path(campaign)),
         )
 
 
@@ -103,19 +112,20 @@ def find_drops(video_dir: Path) -> dict[str, Path]:
     return dict(sorted(drops.items()))
 
 
-def read_drop(name: str, folder: Path, overrides: Document | None = None) -> Drop:
-    """Read one drop: its ``experiment.yaml`` over the nearest ``campaign.yaml`` at or above it.
+def read_drop(name: str, folder: Path, overrides: Document | None = None, top: Path | None = None) -> Drop:
+    """Read one drop: its ``experiment.yaml`` over the ``campaign.yaml`` that ``find_shared`` finds for it.
 
-    ``overrides`` (from ``--set``) stand over both. Raises ``ConfigurationError`` with every problem and its place.
+    ``overrides`` (from ``--set``) stand over both; ``top`` is the VIDEO_DIR in which the drop was found, itself where
+    it stands alone. Raises ``ConfigurationError`` with every problem and its place.
     """
     document = read_document(folder / EXPERIMENT)
-    campaign = _nearest(folder, CAMPAIGN)
-    if campaign is not None:
-        document = document.over(read_document(campaign))
+    shared = find_shared(folder, top or folder)
+    if shared.path is not None:
+        document = document.over(read_document(shared.path))
     if overrides is not None:
         document = overrides.over(document)
     experiment = validate(Experiment, document)
-    beside = (campaign.parent if campaign else folder) / "materials.yaml"
+    beside = (shared.path.parent if shared.path else folder) / "materials.yaml"
     materials = beside if beside.is_file() else packaged_config("materials.yaml")
     try:
         material = find_material(experiment.sphere.material, materials)
@@ -123,9 +133,4 @@ def read_drop(name: str, folder: Path, overrides: Document | None = None) -> Dro
         if "sphere.material" not in str(error):
             raise
         raise ConfigurationError(f"{document.place(('sphere', 'material'))}: error: {error}") from error
-    return Drop(name, folder, experiment, material, materials, read_corrections(folder))
-
-
-def _nearest(folder: Path, name: str) -> Path | None:
-    here = folder.resolve()
-    return next((level / name for level in (here, *here.parents) if (level / name).is_file()), None)
+    return Drop(name, folder, experiment, material, materials, read_corrections(folder), top or folder, shared)

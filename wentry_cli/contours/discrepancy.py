@@ -36,6 +36,22 @@ CROSS = (0, 1, 3, 6)
 
 
 @compiled
+def residual_statistics(verdict: Floats, size: int) -> tuple[float, float]:
+    """Root mean square of the kept sectors' displacements (px) and their reduced chi square."""
+    weights, squares, chi2, number = 0.0, 0.0, 0.0, 0
+    for k in range(verdict.shape[0]):
+        weight = verdict[k, WEIGHT]
+        if weight > 0.0:
+            number += 1
+            weights += weight
+            squares += weight * verdict[k, MOVED] ** 2
+            chi2 += weight * verdict[k, MOVED] ** 2 / verdict[k, VARIANCE]
+    if number <= size:
+        return math.nan, math.nan
+    return math.sqrt(squares / weights), chi2 / max(1.0, weights - size)
+
+
+@compiled
 def excess_variance(verdict: Floats, size: int) -> float:
     """Variance of the kept displacements beyond their noise (px^2); 0 where it is not significant (3 sigma)."""
     weights, squares, noise, chi2 = 0.0, 0.0, 0.0, 0.0

@@ -51,7 +51,9 @@ class SilhouetteFit:
     """A fitted ellipse of revolution with its standard uncertainties (NaN where a parameter was held).
 
     ``covariance`` is 5 x 5 in the order of ``PARAMETERS`` (px, px, px, 1, rad) with zero rows where a parameter
-    was held. ``arc_fraction`` is the part of the whole perimeter that was looked at, ``gated_fraction`` the part
+    was held; a tilt that was held at a value with an uncertainty has that one. ``seen_tilt_deg`` is the tilt that the
+    outline itself asks for, fitted or one linearised step from the one that was held, NaN where it does not tell.
+    ``arc_fraction`` is the part of the whole perimeter that was looked at, ``gated_fraction`` the part
     of that arc which was left out because it disagreed. Where ``status`` is not ``ok`` the values are NaN or
     not to be trusted.
     """
@@ -74,6 +76,8 @@ class SilhouetteFit:
     gated_fraction: float
     residual_rms_px: float
     status: str
+    seen_tilt_deg: float = math.nan
+    seen_tilt_unc_deg: float = math.nan
 
     @property
     def shape(self) -> EllipseShape:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from wentry_cli.contours.ellipse import PARAMETERS, EllipseShape, SilhouetteFit, bottom_gradient
 from wentry_cli.contours.refine import ARC, BLUR, GATED, RESIDUAL, refine_shape
 from wentry_cli.contours.scan import scan_shape
+from wentry_cli.contours.turning import ANSWER, STEP, UNC
 from wentry_cli.imaging.patch import Patch
 
 LEVELS = ("fast", "accurate")
@@ -34,7 +35,7 @@ MOST_RESIDUAL_FEW_PX = 0.05
 
 @dataclass(frozen=True)
 class FitRequest:
-    """What to fit and from which part of the outline."""
+    """What to fit and from which part of the outline; ``tilt_unc_deg`` is how well a tilt that is held is known."""
 
     free: tuple[str, ...]
     top_y_px: float = -math.inf
@@ -42,6 +43,7 @@ class FitRequest:
     level: str = "accurate"
     one_sided: bool = False
     departure: tuple[float, ...] = ()
+    tilt_unc_deg: float = 0.0
 
 
 def parse_free(free: str) -> tuple[str, ...]:
@@ -65,8 +67,7 @@ def assemble_fit(
     shape: EllipseShape, covariance: NDArray[np.float64], quality: dict[str, float], status: str
 ) -> SilhouetteFit:
     """Gather a result; ``covariance`` is 5 x 5 with zero rows where a parameter was held."""
-    sigma = np.sqrt(np.diag(covariance))
-    unc = np.where(sigma > 0.0, sigma, math.nan)
+    unc = [math.sqrt(variance) if variance > 0.0 else math.nan for variance in covariance.diagonal().tolist()]
     gradient = bottom_gradient(shape)
     return SilhouetteFit(
         center_x_px=shape.x,
@@ -74,11 +75,11 @@ def assemble_fit(
         radius_px=shape.radius,
         stretch=shape.stretch,
         tilt_deg=shape.tilt_deg,
-        center_x_unc_px=float(unc[0]),
-        center_y_unc_px=float(unc[1]),
-        radius_unc_px=float(unc[2]),
-        stretch_unc=float(unc[3]),
-        tilt_unc_deg=math.degrees(float(unc[4])),
+        center_x_unc_px=unc[0],
+        center_y_unc_px=unc[1],
+        radius_unc_px=unc[2],
+        stretch_unc=unc[3],
+        tilt_unc_deg=math.degrees(unc[4]),
         bottom_y_px=shape.bottom_y,
         bottom_y_unc_px=math.sqrt(float(gradient @ covariance @ gradient)),
         covariance=covariance,
@@ -101,7 +102,7 @@ def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> Silhoue
     top = request.top_y_px - patch.y0
     scans = 3.0 if request.level == "fast" else 2.0
     search = np.array([SEARCH_PX, float(request.one_sided), RAYS, SCAN_VARIANCE, scans, *request.motion_px])
-    scanned, report = scan_shape(values, vector, free, top, search, patch.noise_floor)
+    scanned, report, turn = scan_shape(values, vector, free, top, search, patch.noise_floor)
     arc, gated = float(report[1]), float(report[2])
     if status := scan_status(report, request):
         lost = status == "no_edge" and np.mean(~(values < patch.ceiling)) > MOST_CLIPPED
@@ -109,7 +110,7 @@ def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> Silhoue
     quality = {"blur": math.nan, "arc": arc, "gated": gated, "residual": float(report[3])}
     if request.level == "accurate":
         settings = np.array([top, *request.motion_px, patch.ceiling, float(request.one_sided)])
-        scanned, report = refine_shape(values, vector, free, settings)
+        scanned, report, turn = refine_shape(values, vector, free, settings)
         quality = {"blur": report[BLUR], "arc": report[ARC], "gated": report[GATED], "residual": report[RESIDUAL]}
         if report[0]:
             return unmeasured(arc, gated, "poor_fit")
@@ -117,7 +118,17 @@ def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> Silhoue
     shape = EllipseShape(x + patch.x0, y + patch.y0, radius, stretch, math.degrees(tilt))
     covariance = np.zeros((5, 5))
     covariance[np.ix_(free, free)] = scanned
-    return assemble_fit(shape, covariance, quality, fit_status(covariance, quality, request))
+    status = fit_status(covariance, quality, request)
+    if "tilt" in request.free:
+        return with_turn(assemble_fit(shape, covariance, quality, status), 0.0, math.sqrt(covariance[4, 4]))
+    covariance += np.outer(turn[ANSWER:], turn[ANSWER:]) * math.radians(request.tilt_unc_deg) ** 2
+    return with_turn(assemble_fit(shape, covariance, quality, status), turn[STEP], turn[UNC])
+
+
+def with_turn(fit: SilhouetteFit, step: float, unc: float) -> SilhouetteFit:
+    """The fit with the tilt that its outline asks for: a step from its own tilt and the uncertainty, rad."""
+    seen = fit.tilt_deg + math.degrees(step)
+    return replace(fit, seen_tilt_deg=seen, seen_tilt_unc_deg=math.degrees(unc))
 
 
 def scan_status(report: NDArray[np.float64], request: FitRequest) -> str:

@@ -53,3 +53,17 @@ def solve(matrix: Floats, right: Floats) -> bool:
         return False
     substitute(matrix, right)
     return True
+
+
+@compiled
+def invert_block(factor: Floats, size: int, inflation: float) -> Floats:
+    """First ``size`` rows and columns of the inverse, from the Cholesky factor, times ``inflation``."""
+    covariance = np.empty((size, size))
+    unit = np.empty(factor.shape[0])
+    for j in range(size):
+        unit[:] = 0.0
+        unit[j] = 1.0
+        substitute(factor, unit)
+        for i in range(size):
+            covariance[i, j] = inflation * unit[i]
+    return covariance

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.arc import LENGTH, J, arc_geometry, farthest, quadrant_table, sector_angles, semi_axes
 from wentry_cli.contours.band import collect_band
-from wentry_cli.contours.discrepancy import add_discrepancy, excess_variance, pull_of_sectors
+from wentry_cli.contours.discrepancy import add_discrepancy, excess_variance, pull_of_sectors, residual_statistics
 from wentry_cli.contours.likelihood import (
     COUNT,
     STATE,
@@ -19,16 +19,14 @@ from wentry_cli.contours.likelihood import (
     accumulate,
     first_levels,
 )
-from wentry_cli.contours.normal_equations import factorise, substitute
+from wentry_cli.contours.normal_equations import factorise, invert_block, substitute
 from wentry_cli.contours.nuisances import PRIOR_LN_S, Belief, add_priors, noise_levels, priors, weigh_noise
 from wentry_cli.contours.sectors import (
     LEAST_PIXELS,
     LEVEL_IN,
     LEVEL_OUT,
     LN_S,
-    MOVED,
     NUISANCES,
-    VARIANCE,
     VERDICT,
     WEIGHT,
     assemble,
@@ -36,6 +34,7 @@ from wentry_cli.contours.sectors import (
     level_spread,
     set_state,
 )
+from wentry_cli.contours.turning import no_turn, pixel_turn, wants_tilt
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -103,36 +102,6 @@ def arc_shares(rows: Floats, sums: Floats, verdict: Floats) -> tuple[float, floa
 
 
 @compiled
-def residual_statistics(sums: Floats, verdict: Floats, size: int) -> tuple[float, float]:
-    """Root mean square of the kept sectors' displacements (px) and their reduced chi square."""
-    weights, squares, chi2, number = 0.0, 0.0, 0.0, 0
-    for k in range(sums.shape[0]):
-        weight = verdict[k, WEIGHT]
-        if weight > 0.0:
-            number += 1
-            weights += weight
-            squares += weight * verdict[k, MOVED] ** 2
-            chi2 += weight * verdict[k, MOVED] ** 2 / verdict[k, VARIANCE]
-    if number <= size:
-        return math.nan, math.nan
-    return math.sqrt(squares / weights), chi2 / max(1.0, weights - size)
-
-
-@compiled
-def invert_block(factor: Floats, size: int, inflation: float) -> Floats:
-    """First ``size`` rows and columns of the inverse, from the Cholesky factor, times ``inflation``."""
-    covariance = np.empty((size, size))
-    unit = np.empty(factor.shape[0])
-    for j in range(size):
-        unit[:] = 0.0
-        unit[j] = 1.0
-        substitute(factor, unit)
-        for i in range(size):
-            covariance[i, j] = inflation * unit[i]
-    return covariance
-
-
-@compiled
 def gather_band(values: NDArray[np.float32], shape: Floats, settings: Floats, masked: float) -> Band:
     """Cut the outline of ``shape`` into sectors and collect the pixels about it.
 
@@ -195,11 +164,13 @@ def solve_band(band: Band, belief: Belief, free: Ints, patience: int) -> tuple[F
 
 
 @compiled
-def refine_shape(values: NDArray[np.float32], shape: Floats, free: Ints, settings: Floats) -> tuple[Floats, Floats]:
+def refine_shape(
+    values: NDArray[np.float32], shape: Floats, free: Ints, settings: Floats
+) -> tuple[Floats, Floats, Floats]:
     """Maximise the likelihood from a start that is right to a fraction of a pixel; ``shape`` is moved in place.
 
-    ``settings`` as in `Band`. Returns the covariance of the free parameters and the report (status, blur, arc,
-    gated, residual, levels inside and outside, variance of the departure from an ellipse).
+    ``settings`` as in `Band`. Returns the covariance of the free parameters, the report (status, blur, arc, gated,
+    residual, levels inside and outside, variance of the departure from an ellipse), and the turn (see `turning`).
     """
     report = np.zeros(REPORT)
     report[STATUS] = LOST
@@ -212,24 +183,24 @@ def refine_shape(values: NDArray[np.float32], shape: Floats, free: Ints, setting
         band = gather_band(values, shape, settings, masked)
     belief = first_belief(band)
     if math.isnan(belief.nuisance[LEVEL_IN]):
-        return nothing, report
+        return nothing, report, no_turn()
     moved, factor, sums, verdict = solve_band(band, belief, free, 0)
     for _ in range(COLLECTIONS):
         report[ARC], report[GATED] = arc_shares(band.rows, sums, verdict)
         if factor.size == 0:
             report[STATUS] = SINGULAR
-            return nothing, report
+            return nothing, report, no_turn()
         far = farthest(band.rows, moved)
         shape[:5] += moved
         if far > 4.0 or not (0.3 < shape[3] < 4.0 and shape[2] > 2.0):
-            return nothing, report
+            return nothing, report, no_turn()
         if far < RECOLLECT_PX:
             break
         band = gather_band(values, shape, settings, masked)
         moved, factor, sums, verdict = solve_band(band, belief, free, 0)
-    report[RESIDUAL], chi2 = residual_statistics(sums, verdict, free.size)
+    report[RESIDUAL], chi2 = residual_statistics(verdict, free.size)
     if math.isnan(chi2):
-        return nothing, report
+        return nothing, report, no_turn()
     report[STATUS] = 0.0
     report[BLUR] = math.exp(belief.nuisance[LN_S])
     report[IN], report[OUT] = belief.nuisance[LEVEL_IN], belief.nuisance[LEVEL_OUT]
@@ -238,4 +209,7 @@ def refine_shape(values: NDArray[np.float32], shape: Floats, free: Ints, setting
     excess = excess_variance(verdict, free.size)
     weight = verdict[:, WEIGHT].copy()
     report[WAVES] = add_discrepancy(covariance, factor, pull, band.rows, weight, free, excess)
-    return covariance, report
+    turn = no_turn()
+    if wants_tilt(free):
+        turn = pixel_turn(sums, verdict, band.rows, band.scene, free, moved, belief)
+    return covariance, report, turn

@@ -25,6 +25,7 @@ from wentry_cli.contours.arc import (
 )
 from wentry_cli.contours.normal_equations import factorise, solve, substitute
 from wentry_cli.contours.ray_scatter import TUKEY, scan_covariance
+from wentry_cli.contours.turning import no_turn, ray_turn, wants_tilt
 from wentry_cli.imaging.edges import CANDIDATES, edge_candidates
 from wentry_cli.imaging.order_statistics import quantile_of
 
@@ -237,14 +238,15 @@ def clamp_step(shape: Floats, step: Floats) -> None:
 @compiled
 def scan_shape(
     values: NDArray[np.float32], shape: Floats, free: Ints, top_y: float, search: Floats, noise: float
-) -> tuple[Floats, Floats]:
+) -> tuple[Floats, Floats, Floats]:
     """Find the ellipse from a guess, which is moved in place (patch pixels, tilt in radians, departure).
 
     ``search`` holds the half-length of the first scan (px), 1 where outliers lie outside only, the number of rays of
     the last scan, the variance of the blur along the edge (px^2), the number of scans (3, or 2 where the third and
     fine one is only for outlines that are partly hidden) and the motion (x, y), px. Returns the covariance of the
-    free parameters and (status, share of the perimeter that is visible, share of rays left out, scale of the residual
-    in px, contrast, share below the top row); status 0 is good, 1 no edge, 2 no consensus.
+    free parameters, (status, share of the perimeter that is visible, share of rays left out, scale of the residual
+    in px, contrast, share below the top row); status 0 is good, 1 no edge, 2 no consensus; and, of three scans, the
+    turn (see `turning`).
     """
     report = np.zeros(6)
     size = free.size
@@ -263,7 +265,7 @@ def scan_shape(
         wanted = int(search[2]) if fine else 48
         rays, report[5], report[1] = visible_rays(shape, top_y, wanted, values.shape)
         if rays.shape[0] < size + 4:
-            return covariance, report
+            return covariance, report, no_turn()
         half = min(halves[turn], 0.8 * rays.shape[0] + 4.0)
         at, height, sample_noise = edge_candidates(values, rays, half, 0.5 if fine else 1.0, 3 if fine else 1)
         heights = height[:, 0].copy()
@@ -275,14 +277,14 @@ def scan_shape(
         settings[2] = 0.6 * settings[1] if search[1] > 0.0 else settings[1]
         if quantile_of(heights, heights.size, 1.0 - max((size + 3.0) / heights.size, 0.15)) < settings[0]:
             report[0] = 1.0
-            return covariance, report
+            return covariance, report, no_turn()
         correct_edges(at, rays, search[3] + (LINE_VARIANCE if fine else 0.0), search[5:])
         start = consensus(at, height, rays, free, settings) if turn < 2 else np.zeros(5)
         step, scale, share = tukey_fit(at, height, rays, free, start, settings, factor)
         report[2], report[3] = 1.0 - share, scale
         if math.isnan(scale) or share < 0.2:
             report[0] = 2.0
-            return covariance, report
+            return covariance, report, no_turn()
         clamp_step(shape, step)
         settled = turn == 0 and share > 0.9 and farthest(rays, step) < SETTLED_PX
     report[0] = 0.0
@@ -291,4 +293,7 @@ def scan_shape(
         for i in range(5):
             target += rays[k, J + i] * step[i]
         at[k, 0] = nearest(at[k], settings[0], height[k], target) - target
-    return scan_covariance(at, rays, free, factor, report[3]), report
+    found = scan_covariance(at, rays, free, factor, report[3])
+    if search[4] < 3.0 or not wants_tilt(free):
+        return found, report, no_turn()
+    return found, report, ray_turn(at, rays, free, report[3])

@@ -16,6 +16,7 @@ def fit_silhouette(
     motion_px: tuple[float, float] = (0.0, 0.0),
     level: str = "accurate",
     departure: tuple[float, ...] = (),
+    tilt_unc_deg: float = 0.0,
 ) -> SilhouetteFit:
     """Fit the ellipse of revolution to the edge of a dark silhouette.
 
@@ -23,6 +24,8 @@ def fit_silhouette(
     is held at its value. Only the outline below row ``top_y_px`` (full frame) is used. ``motion_px`` is the
     displacement during the exposure, (x, y). ``level`` is "fast" (edges along normals) or "accurate" (likelihood of
     the pixels in a band about the edge). ``departure`` is how the outline is known to differ from the ellipse (see
-    `departure`); the result is that of the ellipse below it. Raises ValueError on an unknown level or parameter.
+    `departure`); the result is that of the ellipse below it. A tilt that is held is known to ``tilt_unc_deg``. Raises
+    ValueError on an unknown level or parameter.
     """
-    return fit_shape(patch, guess, FitRequest(parse_free(free), top_y_px, motion_px, level, departure=departure))
+    request = FitRequest(parse_free(free), top_y_px, motion_px, level, departure=departure, tilt_unc_deg=tilt_unc_deg)
+    return fit_shape(patch, guess, request)

@@ -12,7 +12,8 @@ from wentry_cli.errors import FrameUnreadableError
 from wentry_cli.frames.image_headers import is_damaged
 from wentry_cli.frames.reader import Frame
 
-cv2.utils.logging.setLogLevel(0)  # a damaged file becomes one sentence, not a page of warnings
+# A damaged file becomes one sentence, not a page of warnings. OpenCV 4 has the function at its top, 5 in a module.
+(cv2.setLogLevel if hasattr(cv2, "setLogLevel") else cv2.utils.logging.setLogLevel)(0)
 
 
 def decode_grey(data: bytes, name: str) -> Frame:

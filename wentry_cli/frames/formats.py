@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import cast
 
 from wentry_cli.errors import InputError
+from wentry_cli.frames.decoded import shared
 from wentry_cli.frames.reader import Recording
 
 PACKAGE = "wentry_cli.frames"
@@ -35,9 +36,11 @@ def open_recording(path: Path, *, fps: float | None = None, frames: tuple[int, i
 
     ``fps`` is the camera's rate where the user gives it: it wins over the file's. ``frames`` (first, last) is the part
     that will be used: a recording that was cut off behind it is accepted; the frames themselves are selected by
-    ``orient``. Raises InputError, one sentence, where the source is missing, unreadable or inconsistent.
+    ``orient``. Inside of ``decoded_once`` each of its frames is decoded once.
+
+    Raises InputError, one sentence, where the source is missing, unreadable or inconsistent.
     """
-    recording = _open(Path(path), frames)
+    recording = shared((Path(path), frames), lambda: _open(Path(path), frames))
     if fps is None:
         return recording
     from wentry_cli.frames.given_rate import GivenRate
@@ -78,4 +81,5 @@ def _unknown(path: Path, suffix: str) -> str:
         return "a single image; give its folder as the source"
     close = get_close_matches(suffix, list(FORMATS), n=1, cutoff=0.5)
     guess = f"; did you mean '{path.stem}{close[0]}'?" if close else ""
-    return f"files of kind '{suffix}' are not read{guess} Supported: {SUPPORTED}"
+    kind = f"files of kind '{suffix}'" if suffix else "files without an ending"
+    return f"{kind} are not read{guess or ';'} supported: {SUPPORTED}"

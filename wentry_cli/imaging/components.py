@@ -27,11 +27,11 @@ class DarkParts:
     boxes: Ints
     shape: tuple[int, int]
 
-    def mask(self, keep: NDArray[np.bool_]) -> NDArray[np.uint8]:
-        """Picture of the components for which ``keep`` is true: 1 where they are, else 0."""
-        out = np.zeros(self.shape, np.uint8)
-        _paint(self.row, self.first, self.last, keep[self.label], out)
-        return out
+    def spans(self, keep: NDArray[np.bool_]) -> tuple[Ints, Ints]:
+        """First and last column per row of the components for which ``keep`` is true, -1 where they have none."""
+        first, last = np.full(self.shape[0], -1, np.int32), np.full(self.shape[0], -1, np.int32)
+        _spans(self.row, self.first, self.last, keep[self.label], first, last)
+        return first, last
 
 
 def find_dark_parts(values: NDArray[np.float32], level: float, *, diagonal: bool = True) -> DarkParts:
@@ -60,31 +60,41 @@ def _root(parent: Ints, run: int) -> int:
 
 
 @compiled
+def _run_end(flags: NDArray[np.uint8], words: NDArray[np.uint64], column: int, flag: int) -> int:
+    """First column from ``column`` on whose flag is another; ``words`` are the same flags, eight at a time."""
+    same = np.uint64(0x0101010101010101) if flag else np.uint64(0)
+    while column < flags.size and flags[column] == flag:
+        column += 8 if column % 8 == 0 and words[column // 8] == same else 1
+    return min(column, flags.size)
+
+
+@compiled
 def _find_runs(values: NDArray[np.float32], level: np.float32, touch: int, runs: Ints, parent: Ints) -> int:
     """Fill ``runs`` (row, first, last) and join every run to those that it touches in the row above; their number."""
     rows, columns = values.shape
+    padded = np.zeros(8 * (columns // 8 + 1), np.uint8)
+    words, flags = padded.view(np.uint64), padded[:columns]
     count = 0
     above, above_end = 0, 0  # the runs of the row above that may touch the next run
     for row in range(rows):
+        line = values[row, :]
+        for column in range(columns):
+            flags[column] = line[column] < level
         begin = count
-        column = 0
-        while column < columns:
-            if not values[row, column] < level:
-                column += 1
-                continue
-            first = column
-            while column < columns and values[row, column] < level:
-                column += 1
-            runs[0, count], runs[1, count], runs[2, count] = row, first, column - 1
+        first = _run_end(flags, words, 0, 0)
+        while first < columns:
+            stop = _run_end(flags, words, first, 1)
+            runs[0, count], runs[1, count], runs[2, count] = row, first, stop - 1
             parent[count] = count
             while above < above_end and runs[2, above] + touch < first:
                 above += 1
             other = above
-            while other < above_end and runs[1, other] <= column - 1 + touch:
+            while other < above_end and runs[1, other] < stop + touch:
                 a, b = _root(parent, other), _root(parent, count)
                 parent[max(a, b)] = min(a, b)
                 other += 1
             count += 1
+            first = _run_end(flags, words, stop, 0)
         above, above_end = begin, count
     return count
 
@@ -109,8 +119,9 @@ def _collect(row: Ints, first: Ints, last: Ints, parent: Ints, label: Ints, boxe
 
 
 @compiled
-def _paint(row: Ints, first: Ints, last: Ints, keep: NDArray[np.bool_], out: NDArray[np.uint8]) -> None:
+def _spans(row: Ints, first: Ints, last: Ints, keep: NDArray[np.bool_], left: Ints, right: Ints) -> None:
     for run in range(row.size):
         if keep[run]:
-            for column in range(first[run], last[run] + 1):
-                out[row[run], column] = 1
+            if left[row[run]] < 0:
+                left[row[run]] = first[run]
+            right[row[run]] = last[run]

@@ -11,6 +11,8 @@ from wentry_cli.compiled import compiled
 
 Floats = NDArray[np.float64]
 
+BINS = 1024
+
 
 @compiled
 def select(values: Floats, count: int, rank: int) -> float:
@@ -55,3 +57,42 @@ def median_of(values: Floats, count: int) -> float:
         return math.nan
     upper = select(values, count, count // 2)
     return upper if count % 2 else 0.5 * (upper + select(values, count, count // 2 - 1))
+
+
+@compiled
+def _bin_of(counts: NDArray[np.int64], rank: int) -> tuple[int, int]:
+    """The bin in which the entry of ``rank`` lies, and how many entries lie in the bins before it."""
+    before, index = 0, 0
+    while before + counts[index] <= rank:
+        before += counts[index]
+        index += 1
+    return index, before
+
+
+@compiled
+def linear_quantile(values: Floats, count: int, share: float) -> float:
+    """The quantile of the first ``count`` of many entries, between two of them where it falls there; NaN where none.
+
+    They are counted in bins first, so that only those of one or two bins have to be put in order.
+    """
+    if count == 0:
+        return math.nan
+    low, high = values[0], values[0]
+    for n in range(count):
+        low, high = min(low, values[n]), max(high, values[n])
+    scale = (BINS - 1) / (high - low) if high > low else 0.0
+    counts = np.zeros(BINS, np.int64)
+    for n in range(count):
+        counts[int((values[n] - low) * scale)] += 1
+    place = share * (count - 1)
+    rank = int(place)
+    following = min(rank + 1, count - 1)
+    first, before = _bin_of(counts, rank)
+    last, _ = _bin_of(counts, following)
+    part, number = np.empty(count), 0
+    for n in range(count):
+        if first <= int((values[n] - low) * scale) <= last:
+            part[number] = values[n]
+            number += 1
+    lower = select(part, number, rank - before)
+    return lower + (place - rank) * (select(part, number, following - before) - lower)

@@ -53,6 +53,7 @@ def solve_entry_motion(
     ballistic: Ballistic,
     mode: Mode = "impact_aware",
     slow_s: float = math.inf,
+    fixed_m: float = 0.0,
 ) -> EntryMotion:
     """Smooth y_b and y_c = y_b + R/λ² of a sphere that meets the surface at time 0.
 
@@ -62,7 +63,8 @@ def solve_entry_motion(
     Positions may scatter less than their uncertainties say: the rest is an error that varies slowly (a shape that is no
     ellipse, a scale) and that no smoothing sees. It is taken to turn round within ``slow_s`` and widens the error bars
     of velocity and acceleration by itself over ``slow_s`` and its square; one of λ also by the rates at which its lever
-    2R/λ³ on y_c changes.
+    2R/λ³ on y_c changes. What is wrong below the surface has come about since impact: after it, no slower than that.
+    ``fixed_m`` is the part that is one and the same in all frames (the height of the surface): it moves no speed.
     """
     times = np.asarray(times_s, dtype=float)
     rigid = bool(np.all(stretch[1] == 0.0))
@@ -71,30 +73,46 @@ def solve_entry_motion(
     # the impact stops the bottom of a soft sphere at once, its centre only by and by
     stopped = replace(ballistic, velocity_jump=0.0 if rigid else _speed(times, bottom[0]))
     pairs = (bottom, (height, height_unc))
-    random = [_random_part(times, *pair) for pair in pairs]
+    random = _random_parts(times, bottom, resting, height, radius_m)
     tracks = [
         smooth_track(times, pair[0], u, events_s=(0.0,), mode=mode, ballistic=known)
         for pair, u, known in zip(pairs, random, (stopped, ballistic), strict=True)
     ]
     low, middle = (track.frames for track in tracks)
     seen, known = np.isfinite(bottom[0]), np.isfinite(height)
-    hidden = [_hidden_part(times, pair[1], u, track) for pair, u, track in zip(pairs, random, tracks, strict=True)]
+    moving = [np.sqrt(np.maximum(pair[1] ** 2 - fixed_m**2, 0.0)) for pair in pairs]
+    hidden = [_hidden_part(times, unc, u, track) for unc, u, track in zip(moving, random, tracks, strict=True)]
     turning, bending = _shape_changes(tracks, hidden, radius_m)
+    slow = _turning_time(times, slow_s)
     return EntryMotion(
         bottom_m=bottom[0],
         bottom_unc_m=bottom[1],
         centre_m=height,
         centre_unc_m=height_unc,
         bottom_velocity=np.where(seen, low.velocity, np.nan),
-        bottom_velocity_unc=np.where(seen, np.hypot(low.velocity_unc, hidden[0] / slow_s), np.nan),
+        bottom_velocity_unc=np.where(seen, np.hypot(low.velocity_unc, hidden[0] / slow), np.nan),
         velocity=np.where(known, middle.velocity, np.nan),
-        velocity_unc=np.where(known, _add(middle.velocity_unc, hidden[1] / slow_s, turning), np.nan),
+        velocity_unc=np.where(known, _add(middle.velocity_unc, hidden[1] / slow, turning), np.nan),
         acceleration=np.where(known, middle.acceleration, np.nan),
-        acceleration_unc=np.where(known, _add(middle.acceleration_unc, hidden[1] / slow_s**2, bending), np.nan),
+        acceleration_unc=np.where(known, _add(middle.acceleration_unc, hidden[1] / slow**2, bending), np.nan),
         outlier=known & ~tracks[1].used & np.isfinite(middle.velocity),
         bottom=tracks[0],
         centre=tracks[1],
     )
+
+
+def _random_parts(
+    times: Array, bottom: tuple[Array, Array], stretch: tuple[Array, Array], height: Array, radius: float
+) -> tuple[Array, Array]:
+    """What scatters of y_b and of y_c: of y_c the parts of y_b and of λ, each by its own scatter, then both together.
+
+    An uncertainty that is mostly common to all frames (a scale) must not hide that λ scatters more where one view sees
+    it alone.
+    """
+    low = _random_part(times, *bottom)
+    wide = np.where(stretch[1] > 0.0, _random_part(times, *stretch), 0.0)
+    both = np.hypot(low, 2.0 * radius / stretch[0] ** 3 * wide)
+    return low, _random_part(times, height, both)
 
 
 def _random_part(times: Array, position: Array, unc: Array) -> Array:
@@ -105,6 +123,14 @@ def _random_part(times: Array, position: Array, unc: Array) -> Array:
     if not np.all(np.isfinite(ratios)) or 1.0 / CLEARLY < ratios[0] / ratios[1] < CLEARLY:
         ratios = np.full(2, common if math.isfinite(common) else 1.0)
     return np.where(parts[0], *(max(float(r), LEAST_SCATTER) for r in ratios)) * unc
+
+
+def _turning_time(times: Array, slow_s: float) -> Array:
+    """How long a common error takes to change at each frame: ``slow_s``, after impact at most the time since then."""
+    wet = times >= 0.0
+    if times.size < 2 or not math.isfinite(slow_s):
+        return np.full(times.shape, slow_s)
+    return np.where(wet, np.clip(times, float(np.median(np.diff(times))), slow_s), slow_s)
 
 
 def _hidden_part(times: Array, unc: Array, random: Array, track: SmoothTrack) -> Array:

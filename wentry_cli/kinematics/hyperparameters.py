@@ -17,17 +17,15 @@ ABOUT_EVENT = 500
 
 def fit_pass(record: Record, *, budget: int = 160) -> StatePass:
     """Smooth ``record`` with the hyperparameters of greatest likelihood; one (a bandwidth) where it has no event."""
-    grid = _grid(record)
-    model = (
-        _thinned(record),
-        record.events,
-        record.start_mean,
-        record.start_covariance,
-        likelihood.SEARCH_LIMITS,
-    )
+    grid, model = _grid(record), likelihood_model(record)
     start = likelihood.best_start(grid, *model)
     theta, _ = likelihood.minimise(start, *model, budget)
     return smooth(record, theta)
+
+
+def likelihood_model(record: Record) -> tuple[Array, Array, Array, Array, Array]:
+    """What the functions of ``likelihood`` want to know of a record, after the hyperparameters."""
+    return _thinned(record), record.events, record.start_mean, record.start_covariance, likelihood.SEARCH_LIMITS
 
 
 def _thinned(record: Record) -> Array:

@@ -18,6 +18,7 @@ from wentry_cli.kinematics.state_space import log_likelihood
 Array = NDArray[np.float64]
 USUAL_SLAM, SLAM_SPREAD = 0.4, 0.7  # logarithm of frames: a slam lasts two or three
 USUAL_SHARE = 0.1  # a lasting bandwidth of a tenth of the record, within a factor e
+STEP = 0.25
 SEARCH_LIMITS = np.array([[0.3, 14.0], [-1.0, 14.0], [0.0, 12.0], [-9.0, 9.0], [-1.0, 7.0], [-6.0, 1.0]])
 
 
@@ -57,12 +58,20 @@ def strengths_of(theta: Array, events: Array) -> Array:
 
 
 @compiled
-def cost(theta: Array, nodes: Array, events: Array, start_mean: Array, start_covariance: Array, limits: Array) -> float:
-    """Minus the concentrated log likelihood, with a steep wall outside the search limits."""
-    wall = 0.0
+def clipped(theta: Array, limits: Array) -> Array:
+    """Return ``theta`` brought within the search limits."""
     inside = theta.copy()
     for i in range(theta.shape[0]):
         inside[i] = min(max(theta[i], limits[i, 0]), limits[i, 1])
+    return inside
+
+
+@compiled
+def cost(theta: Array, nodes: Array, events: Array, start_mean: Array, start_covariance: Array, limits: Array) -> float:
+    """Minus the concentrated log likelihood, with a steep wall outside the search limits."""
+    wall = 0.0
+    inside = clipped(theta, limits)
+    for i in range(theta.shape[0]):
         wall += float(theta[i] - inside[i]) ** 2
     if theta.shape[0] > 4:
         wall += 0.05 * ((theta[4] - USUAL_SLAM) / SLAM_SPREAD) ** 2
@@ -74,6 +83,38 @@ def cost(theta: Array, nodes: Array, events: Array, start_mean: Array, start_cov
     )
     count = max(nodes.shape[0] - events.shape[0] - m, 1)
     return float(0.5 * (count * math.log(squares / count + 1e-300) + logs) + 10.0 * wall)
+
+
+@compiled
+def costs(
+    points: Array, nodes: Array, events: Array, start_mean: Array, start_covariance: Array, limits: Array
+) -> Array:
+    """Return the cost of each row of ``points``."""
+    values = np.empty(points.shape[0])
+    for i in range(points.shape[0]):
+        values[i] = cost(points[i], nodes, events, start_mean, start_covariance, limits)
+    return values
+
+
+@compiled
+def curvature(
+    theta: Array, nodes: Array, events: Array, start_mean: Array, start_covariance: Array, limits: Array
+) -> Array:
+    """Second derivatives (d, d) of the cost at ``theta``, by differences over a quarter in the logarithms."""
+    d = theta.shape[0]
+    found = np.empty((d, d))
+    corners = np.empty((4, d))
+    signs = ((1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0))
+    for i in range(d):
+        for j in range(i + 1):
+            for k in range(4):
+                corners[k] = theta
+                corners[k, i] += STEP * signs[k][0]
+                corners[k, j] += STEP * signs[k][1]
+            value = costs(corners, nodes, events, start_mean, start_covariance, limits)
+            found[i, j] = (value[0] + value[1] - value[2] - value[3]) / (4.0 * STEP**2)
+            found[j, i] = found[i, j]
+    return found
 
 
 @compiled

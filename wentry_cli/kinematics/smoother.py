@@ -1,30 +1,36 @@
 """Position, velocity and acceleration with standard errors from a noisy track that is struck at known instants.
 
 ``impact_aware``: no process noise before the first event (ballistic), a Gaussian jump of the acceleration at each
-event, process noise q∞ + q₀ exp(−(t − t₀)/τ) after it, hyperparameters by maximum likelihood; a state of order 4 inside
-and of order 3 near an event, where order 4 is overconfident. ``gcv`` and ``epps`` are plain quintic smoothing splines
+event, process noise q∞ + q₀ exp(−(t − t₀)/τ) after it, a state of order 4, averaged over the hyperparameters that the
+data allow (``averaging``). Within four frames of an event a quarter is a state of order 3: no smoothness that holds
+elsewhere can be taken for granted in a slam that lasts two or three frames. ``gcv`` and ``epps`` are plain quintic
+smoothing splines
 whose parameter is chosen by generalised cross validation, or at the elbow of roughness against error (Epps, Truscott &
 Techet 2010, the paper's route); they are the same model without events, so they carry standard errors too.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.kinematics.averaging import members
 from wentry_cli.kinematics.hyperparameters import fit_pass, fit_plain
-from wentry_cli.kinematics.outliers import first_suspects, late_suspects
+from wentry_cli.kinematics.outliers import correlation_widening, first_suspects, late_suspects, scatter_ratio
 from wentry_cli.kinematics.state_pass import Ballistic, StatePass, prepare, smooth
 
 Array = NDArray[np.float64]
 Mode = Literal["impact_aware", "gcv", "epps"]
+Mixture = tuple[tuple[float, StatePass], ...]
 MINIMUM_FRAMES = 6
 ROUNDS = 4
 FEW_CHANGED = 0.001  # fewer frames than this share do not move the hyperparameters
-NEAR_EVENT_FRAMES = 8.0  # 4 ms at the paper's 2000 fps
+LEAST_SCATTER = 1e-6  # below it there is no noise to measure
+NEAR_EVENT_FRAMES = 4.0  # 2 ms at the paper's 2000 fps; the share of order 3 is gone at twice that
+NEAR_EVENT_SHARE = 0.25
 
 
 @dataclass(frozen=True)
@@ -36,6 +42,10 @@ class TrackState:
     velocity: Array
     acceleration: Array
     covariance: Array
+
+    def widened(self, factor: float) -> TrackState:
+        """Return these states with all standard uncertainties times ``factor``."""
+        return replace(self, covariance=factor**2 * self.covariance)
 
     @property
     def position_unc(self) -> Array:
@@ -58,8 +68,9 @@ class SmoothTrack:
     """A smoothed track. ``frames`` are the states at the input times (missing ones are interpolated).
 
     ``used`` is False where a frame was missing or deleted as an outlier; ``residual`` is measured − smoothed (NaN
-    where missing); ``noise_scale`` multiplies the stated uncertainties to match the scatter found; ``status`` is ok or
-    too_few.
+    where missing); ``noise_scale`` multiplies the stated uncertainties to match the scatter found; ``mixture`` holds
+    the smoothings and their shares; ``status`` is ok or too_few; ``widening`` is the factor on all standard
+    uncertainties for noise that is correlated from frame to frame (``outliers.correlation_widening``).
     """
 
     frames: TrackState
@@ -67,15 +78,16 @@ class SmoothTrack:
     residual: Array
     noise_scale: float
     events_s: Array
-    passes: tuple[StatePass, ...]
+    mixture: Mixture
     status: str
+    widening: float = 1.0
 
     def evaluate(self, times_s: Array | float, *, before: bool = False) -> TrackState:
         """Return the states at any times; at the instant of an event those after it, or those ``before`` it."""
         times = np.atleast_1d(np.asarray(times_s, dtype=float))
-        if not self.passes:
+        if not self.mixture:
             return _empty(times)
-        return _blend(self.passes, times, self.events_s, before)
+        return _blend(self.mixture, times, self.events_s, before).widened(self.widening)
 
 
 def smooth_track(
@@ -103,7 +115,10 @@ def smooth_track(
     if measured.sum() < MINIMUM_FRAMES:
         return _too_few(times, position)
     events = np.asarray(sorted(events_s) if mode == "impact_aware" else (), dtype=float)
-    record = (times[measured], position[measured], variance[measured])
+    scatter = scatter_ratio(times, position, np.sqrt(variance))
+    # in units of what scatters, bandwidths mean the same whatever was stated
+    unit = scatter if scatter > LEAST_SCATTER else 1.0
+    record = (times[measured], position[measured], unit**2 * variance[measured])
     used = ~first_suspects(*record, events)
     passes = _fit(record, used, events, (mode, ballistic))
     for _ in range(ROUNDS):
@@ -116,8 +131,13 @@ def smooth_track(
         passes = _fit(record, used, events, (mode, ballistic), known)
     good = measured.copy()
     good[measured] = used
-    frames = _blend(passes, times, events, False)
-    return SmoothTrack(frames, good, position - frames.position, passes[0].noise_scale, events, passes, "ok")
+    mixture = tuple(members(passes[0])) if mode == "impact_aware" else ((1.0, passes[0]),)
+    mixture += tuple((0.0, other) for other in passes[1:])
+    frames = _blend(mixture, times, events, False)
+    residual = position - frames.position
+    widening = correlation_widening(np.where(good, residual / np.sqrt(variance), np.nan))
+    scale = unit * passes[0].noise_scale
+    return SmoothTrack(frames.widened(widening), good, residual, scale, events, mixture, "ok", widening)
 
 
 def _fit(
@@ -142,18 +162,22 @@ def _fit(
     return tuple(fit_pass(record) for record in records)
 
 
-def _blend(passes: tuple[StatePass, ...], times: Array, events: Array, before: bool) -> TrackState:
-    """Mix the passes: the last (order 3) near an event, the first (order 4) elsewhere, a ramp between."""
-    states, covariance = passes[0].evaluate(times, before=before)
-    if len(passes) > 1:
-        near = NEAR_EVENT_FRAMES * passes[0].record.interval_s
-        distance = np.min(np.abs(times[:, None] - events[None, :]), axis=1)
-        weight = np.clip(2.0 - distance / near, 0.0, 1.0)
-        other, spread = passes[1].evaluate(times, before=before)
-        gap = other - states
-        states = states + weight[:, None] * gap
-        w = weight[:, None, None]
-        covariance = (1 - w) * covariance + w * spread + w * (1 - w) * gap[:, :, None] * gap[:, None, :]
+def _blend(mixture: Mixture, times: Array, events: Array, before: bool) -> TrackState:
+    """Mix the smoothings by their shares; one of share 0 counts near events only, where it takes from the others."""
+    near = np.zeros(times.shape)
+    if events.size and any(share == 0.0 for share, _ in mixture):
+        distance = np.min(np.abs(times[:, None] - events[None, :]), axis=1) / mixture[0][1].record.interval_s
+        near = NEAR_EVENT_SHARE * np.clip(2.0 - distance / NEAR_EVENT_FRAMES, 0.0, 1.0)
+    states, squares = np.zeros((times.size, 3)), np.zeros((times.size, 3, 3))
+    first, _ = mixture[0][1].evaluate(times, before=before)
+    for share, smoothing in mixture:
+        weight = share * (1.0 - near) if share > 0.0 else near
+        own, spread = smoothing.evaluate(times, before=before)
+        off = own - first
+        states += weight[:, None] * off
+        squares += weight[:, None, None] * (spread + off[:, :, None] * off[:, None, :])
+    covariance = squares - states[:, :, None] * states[:, None, :]
+    states += first
     return TrackState(times, states[:, 0], states[:, 1], states[:, 2], covariance)
 
 

@@ -20,6 +20,8 @@ from wentry_cli.compiled import compiled
 from wentry_cli.errors import ConfigurationError
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+GroupValues = tuple[float, float, float, float, float]  # as in Groups.as_array
 
 SQRT3 = math.sqrt(3.0)
 STATE_SIZE = 4  # stretch, its rate, x = λ_p² − 1, dissipated energy
@@ -132,15 +134,15 @@ def elastic_stress(stretch: float, x: float) -> float:
 
 @compiled
 def flow_hardening(x: float, xi: float) -> float:
-    """c = √I₁ᵖ − √3 + ξ with λ_p² = 1 + x, accurate where λ_p is near 1."""
-    excess = excess_invariant(x)
-    return float(excess / (math.sqrt(3.0 + excess) + SQRT3) + xi)
+    """c = √I₁ᵖ − √3 + ξ with λ_p² = 1 + x, accurate where λ_p is near 1; (I₁ᵖ − 3)/(√I₁ᵖ + √3) over one division."""
+    p = 1.0 + x
+    excess = x * x * (2.0 * x + 3.0)
+    return float(excess / (p * (math.sqrt(3.0 * p * p + excess) + SQRT3 * p)) + xi)
 
 
 @compiled
-def flow_rate(stretch: float, x: float, groups: FloatArray) -> float:
-    """(dλ_p/dt*)/λ_p by the flow rule; ``groups`` as from ``Groups.as_array``."""
-    s = elastic_stress(stretch, x)
+def flow_rate(s: float, x: float, groups: GroupValues) -> float:
+    """(dλ_p/dt*)/λ_p by the flow rule, from the elastic stress ``s`` and x."""
     if s == 0.0 or groups[1] == 0.0:
         return 0.0
     power = abs(s) if groups[3] == 1.0 else abs(s) ** groups[3]
@@ -154,11 +156,28 @@ def energy(stretch: float, rate: float, x: float, stiffness_ratio: float) -> flo
 
     H = ½ (λ² + 2λ⁻⁴)(λ̇/λ)² + (5/4)(I₁ − 3) + (5/4) γ (I₁ᵉ − 3); dH/dt* = −5 γ s λ̇_p/λ_p.
     """
-    lasting = excess_invariant((stretch - 1.0) * (stretch + 1.0))
-    elastic = ((stretch - 1.0) * (stretch + 1.0) - x) / (1.0 + x)
-    relative = rate / stretch
-    kinetic = 0.5 * (stretch**2 + 2.0 * stretch**-4) * relative * relative
-    return kinetic + 1.25 * (lasting + stiffness_ratio * excess_invariant(elastic))
+    square = stretch * stretch
+    excess = (stretch - 1.0) * (stretch + 1.0)
+    elastic = (excess - x) / (1.0 + x)
+    kinetic = 0.5 * (1.0 + 2.0 / (square * square * square)) * rate * rate
+    return kinetic + 1.25 * (excess_invariant(excess) + stiffness_ratio * excess_invariant(elastic))
+
+
+@compiled
+def state_rates(a: float, v: float, x: float, groups: GroupValues) -> tuple[float, float, float]:
+    """Time derivatives of dλ/dt*, x and the dissipated energy at λ = ``a`` > 0, dλ/dt* = ``v``, ``x`` > −1."""
+    p, a2 = 1.0 + x, a * a
+    a4 = a2 * a2
+    a6 = a4 * a2
+    inertia = a6 + 2.0
+    # One reciprocal serves all quotients: divisions are what the loop waits for.
+    shared = 1.0 / (p * a4 * inertia)
+    over_p = shared * a4 * inertia
+    u = a2 * over_p
+    s = ((a - 1.0) * (a + 1.0) - x) * over_p * (u * u + u + 1.0) * (p * p * p * inertia * shared)
+    rate = flow_rate(s, x, groups)
+    force = 6.0 * v * v * (a2 * a * p * inertia * shared) - 5.0 * a * (a6 - 1.0 + groups[0] * s * a4)
+    return force * (p * a4 * shared), 2.0 * p * rate, 5.0 * groups[0] * s * rate
 
 
 @compiled
@@ -167,14 +186,9 @@ def derivatives(state: FloatArray, groups: FloatArray, out: FloatArray) -> bool:
     a, v, x = state[0], state[1], state[2]
     if not (a > 0.0 and x > -1.0):
         return False
-    s = elastic_stress(a, x)
-    rate = flow_rate(a, x, groups)
-    a5 = a * a * a * a * a
-    force = 6.0 * v * v / a - 5.0 * (a * (a5 * a - 1.0) + groups[0] * s * a5)
+    values = (groups[0], groups[1], groups[2], groups[3], groups[4])
     out[0] = v
-    out[1] = force / (a5 * a + 2.0)
-    out[2] = 2.0 * (1.0 + x) * rate
-    out[3] = 5.0 * groups[0] * s * rate
+    out[1], out[2], out[3] = state_rates(a, v, x, values)
     return True
 
 

@@ -12,7 +12,6 @@ from wentry_cli.errors import ConfigurationError
 from wentry_cli.mechanics import stepping
 from wentry_cli.mechanics.bergstrom_boyce import (
     FULL_SIZE,
-    SENSITIVITY_NAMES,
     STATE_SIZE,
     FloatArray,
     Groups,
@@ -20,6 +19,7 @@ from wentry_cli.mechanics.bergstrom_boyce import (
     find_groups,
     flow_hardening,
 )
+from wentry_cli.mechanics.events import ACCEPTED, COUNTS, EVENT_COLUMNS, FOUND, PEAK, REJECTED, VALLEY, WRITTEN
 
 PARAMETERS = ("stretch_0", "eps0_dot_1_s", "n", "g_inf_pa", "g_t_pa", "viscous_0")
 SMALL_PERIOD = 2.0 * 2.0 * math.pi / math.sqrt(40.0)  # of the relaxed sphere at small amplitude, in units of t_c
@@ -28,32 +28,73 @@ LEAST_TOLERANCE = 1e-14
 MOST_STEPS = 200_000
 MOST_EVENTS = 400_000
 STRETCH_RANGE = (0.05, 20.0)
+EVENT_COMPONENTS = 3  # λ, its rate and x: what events need, and what every trajectory is sampled for
+READ_STATE = np.arange(EVENT_COMPONENTS)
+READ_ALL = np.concatenate([READ_STATE, STATE_SIZE + EVENT_COMPONENTS * np.arange(5)])  # and dλ of each triple
 
 
 @dataclass(frozen=True)
 class Trajectory:
     """One oscillation. Times in s from the release; arrays are sampled at ``t_s``.
 
-    ``event_*`` are all extrema and crossings of λ = 1 in the order in which they happen, ``event_kind`` one of
-    ``stepping.PEAK``, ``VALLEY``, ``UPWARD``, ``DOWNWARD``; the release itself is not among them.
-    ``sensitivities`` has a row per time and a column per name in ``PARAMETERS`` (or no column): dλ/dλ₀, dλ/d ln ε̇₀,
-    dλ/dn, dλ/d ln G∞, dλ/d ln G_T, dλ/d ln λ_p(0).
+    ``states`` has a row each for λ, dλ/dt*, λ_p² − 1 and, where asked for, the sensitivities of λ to the groups.
+    ``events`` has a row (t*, kind, λ, dλ/dt*, λ_p² − 1) for each extremum and crossing of λ = 1 in the order in which
+    they happen; the release itself is not among them.
     ``energy_error`` is the largest violation of the energy balance over the initial energy.
     """
 
     groups: Groups
     stretch_0: float
     t_s: FloatArray
-    stretch: FloatArray
-    rate_1_s: FloatArray
-    stretch_viscous: FloatArray
-    sensitivities: FloatArray
-    event_t_s: FloatArray
-    event_kind: NDArray[np.int64]
-    event_stretch: FloatArray
+    states: FloatArray
+    events: FloatArray
     energy_error: float
     steps: int
     rejected_steps: int
+
+    @property
+    def stretch(self) -> FloatArray:
+        """λ at ``t_s``; NaN beyond the end of an integration that stopped after the peaks wanted."""
+        return np.asarray(self.states[0])
+
+    @property
+    def rate_1_s(self) -> FloatArray:
+        """dλ/dt in 1/s."""
+        return np.asarray(self.states[1] / self.groups.time_scale_s)
+
+    @property
+    def stretch_viscous(self) -> FloatArray:
+        """λ_p, the part of the stretch that has flowed."""
+        return np.asarray(np.sqrt(1.0 + self.states[2]))
+
+    @property
+    def sensitivities(self) -> FloatArray:
+        """A row per time and a column per name in ``PARAMETERS``, or no column.
+
+        dλ/dλ₀, dλ/d ln ε̇₀, dλ/dn, dλ/d ln G∞, dλ/d ln G_T, dλ/d ln λ_p(0), by the chain rule from the groups.
+        """
+        if len(self.states) == EVENT_COMPONENTS:
+            return np.empty((self.t_s.size, 0))
+        to_start, to_flow, to_n, to_ratio, to_viscous = self.states[EVENT_COMPONENTS:]
+        ratio, scaled = self.groups.stiffness_ratio, self.t_s / self.groups.time_scale_s
+        to_log_inf = 0.5 * scaled * self.states[1] - ratio * to_ratio - 0.5 * to_flow
+        to_log_t = ratio * to_ratio + self.groups.m * to_flow
+        return np.column_stack([to_start, to_flow, to_n, to_log_inf, to_log_t, to_viscous])
+
+    @property
+    def event_t_s(self) -> FloatArray:
+        """Times of the events in s."""
+        return self.events[:, 0] * self.groups.time_scale_s
+
+    @property
+    def event_kind(self) -> NDArray[np.int64]:
+        """``events.PEAK``, ``VALLEY``, ``UPWARD`` or ``DOWNWARD`` of each event."""
+        return self.events[:, 1].astype(np.int64)
+
+    @property
+    def event_stretch(self) -> FloatArray:
+        """λ at the events."""
+        return self.events[:, 2]
 
     def times_of(self, kind: int) -> FloatArray:
         """Times in s of all events of one kind."""
@@ -68,7 +109,7 @@ class Trajectory:
     @property
     def period_s(self) -> float:
         """Time from the release to the next extremum of the same sense; NaN where none was reached."""
-        same = self.times_of(stepping.PEAK if self.stretch_0 > 1.0 else stepping.VALLEY)
+        same = self.times_of(PEAK if self.stretch_0 > 1.0 else VALLEY)
         return float(same[0]) if same.size else math.nan
 
 
@@ -98,8 +139,7 @@ def solve_oscillation(
         if not low <= value <= high:
             raise ConfigurationError(f"an initial stretch of {value:g} is outside {low:g} to {high:g}")
     times = np.ascontiguousarray(times_s, dtype=np.float64)
-    rising = times.ndim == 1 and times.size > 0 and bool((times[1:] >= times[:-1]).all())
-    if not (rising and math.isfinite(times[0]) and math.isfinite(times[-1])):
+    if times.ndim != 1 or not stepping.are_rising(times):
         raise ValueError("times_s must be a rising, finite, non-empty array of one dimension")
     if sensitivities and (material.m < 1.0 or material.xi == 0.0):
         raise ConfigurationError("sensitivities need m of at least 1 and xi > 0; the flow rule is not smooth otherwise")
@@ -112,7 +152,10 @@ def find_period(material: Material, stretch_0: float, *, tolerance: float = 1e-1
     NaN where the sphere creeps back without passing another extremum within 40 small-amplitude periods.
     """
     duration = 40.0 * SMALL_PERIOD * find_groups(material).time_scale_s
-    return solve_oscillation(material, stretch_0, np.array([duration]), tolerance=tolerance, peaks_wanted=1).period_s
+    peaks = 1 if stretch_0 > 1.0 else 2  # the valley that ends a release below 1 lies between two peaks
+    return solve_oscillation(
+        material, stretch_0, np.array([duration]), tolerance=tolerance, peaks_wanted=peaks
+    ).period_s
 
 
 def _integrate(
@@ -120,40 +163,35 @@ def _integrate(
 ) -> Trajectory:
     tolerance, sensitivities, peaks_wanted, most_steps = options
     stretch_0, viscous_0 = start
-    size = FULL_SIZE if sensitivities else STATE_SIZE
-    initial = np.zeros(size)
+    initial = np.zeros(FULL_SIZE if sensitivities else STATE_SIZE)
     initial[0], initial[2] = stretch_0, (viscous_0 - 1.0) * (viscous_0 + 1.0)
     if sensitivities:
         initial[STATE_SIZE] = 1.0
         initial[FULL_SIZE - 2] = 2.0 * viscous_0**2  # of x = λ_p² − 1 to ln λ_p
+    read = READ_ALL if sensitivities else READ_STATE
     scaled = times / groups.time_scale_s
     fast = math.sqrt(1.0 + groups.stiffness_ratio)
     end = max(float(scaled[-1]), 0.0)
-    events = np.empty((min(int(4.5 * end * fast / SMALL_PERIOD) + 16, MOST_EVENTS), stepping.EVENT_COLUMNS))
-    sampled = np.full((times.size, size), np.nan)
+    events = np.empty((min(int(4.5 * end * fast / SMALL_PERIOD) + 16, MOST_EVENTS), EVENT_COLUMNS))
+    sampled = np.empty((read.size, times.size))
     swing = max(abs(stretch_0 - 1.0), abs(viscous_0 - 1.0))
     local = max(tolerance * min(1.0, 2.0 * swing), LEAST_TOLERANCE)
-    limits = np.array([local, LONGEST_STEP * SMALL_PERIOD / fast, most_steps, peaks_wanted])
-    counts = np.zeros(5, dtype=np.int64)
-    output = (scaled, sampled, events)
+    limits = np.array([local, LONGEST_STEP * SMALL_PERIOD / fast, most_steps, peaks_wanted, 10.0 * fast * fast])
+    counts = np.zeros(COUNTS, dtype=np.int64)
+    output = (scaled, sampled, events, read)
     status, reached, energy_error = stepping.integrate(groups.as_array(), initial, limits, output, counts)
     if status != stepping.DONE:
         raise ConfigurationError(_refusal(status, groups, stretch_0, reached / max(end, 1e-300)))
-    found = int(counts[stepping.FOUND])
+    sampled[:, counts[WRITTEN] :] = math.nan
     return Trajectory(
         groups=groups,
         stretch_0=stretch_0,
         t_s=times,
-        stretch=sampled[:, 0],
-        rate_1_s=sampled[:, 1] / groups.time_scale_s,
-        stretch_viscous=np.sqrt(1.0 + sampled[:, 2]),
-        sensitivities=_physical_sensitivities(groups, scaled, sampled),
-        event_t_s=events[:found, 0] * groups.time_scale_s,
-        event_kind=events[:found, 1].astype(np.int64),
-        event_stretch=events[:found, 2].copy(),
+        states=sampled,
+        events=events[: counts[FOUND]],
         energy_error=energy_error,
-        steps=int(counts[stepping.ACCEPTED]),
-        rejected_steps=int(counts[stepping.REJECTED]),
+        steps=int(counts[ACCEPTED]),
+        rejected_steps=int(counts[REJECTED]),
     )
 
 
@@ -171,14 +209,3 @@ def _refusal(status: int, groups: Groups, stretch_0: float, fraction: float) -> 
         f"{fastest:.3g}, G_T/G_inf {groups.stiffness_ratio:.3g}): the parameters are too stiff; check eps0_dot_1_s, n, "
         "xi and that tau0_pa is in Pa"
     )
-
-
-def _physical_sensitivities(groups: Groups, scaled: FloatArray, sampled: FloatArray) -> FloatArray:
-    """Chain rule from the groups to the columns of ``Trajectory.sensitivities``."""
-    if sampled.shape[1] == STATE_SIZE:
-        return np.empty((scaled.size, 0))
-    triples = (sampled[:, STATE_SIZE + 3 * j] for j in range(len(SENSITIVITY_NAMES)))
-    to_start, to_flow, to_n, to_ratio, to_viscous = triples
-    to_log_inf = 0.5 * scaled * sampled[:, 1] - groups.stiffness_ratio * to_ratio - 0.5 * to_flow
-    to_log_t = groups.stiffness_ratio * to_ratio + groups.m * to_flow
-    return np.column_stack([to_start, to_flow, to_n, to_log_inf, to_log_t, to_viscous])

@@ -3,43 +3,50 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
 from wentry_cli.mechanics.bergstrom_boyce import (
     STATE_SIZE,
     FloatArray,
+    IntArray,
     derivatives,
     energy,
     sensitivity_derivatives,
+    state_rates,
 )
-from wentry_cli.mechanics.tableau import (
-    DENSE_ORDER,
-    DENSE_WEIGHTS,
-    ERROR_WEIGHTS,
-    STAGE_WEIGHTS,
-    STAGES,
-    STAGES_DENSE,
+from wentry_cli.mechanics.dense_output import interpolate, prepare_dense
+from wentry_cli.mechanics.events import (
+    ACCEPTED,
+    MARKS,
+    PEAKS,
+    REJECTED,
+    SIDE,
+    VALLEY,
+    WRITTEN,
+    mark_events,
+    note_crossing,
+    note_extremum,
+    settle_crossing,
 )
+from wentry_cli.mechanics.tableau import DENSE_ORDER, ERROR_WEIGHTS, STAGE_WEIGHTS, STAGES, STAGES_DENSE
 
 DONE, TOO_MANY_STEPS, STEP_TOO_SMALL, TOO_MANY_EVENTS = 0, 1, 2, 3
-PEAK, VALLEY, UPWARD, DOWNWARD = 1, 2, 3, 4
-EVENT_COLUMNS = 5  # time, kind, stretch, rate, x
-FOUND, PEAKS, WRITTEN, ACCEPTED, REJECTED = 0, 1, 2, 3, 4  # places in ``counts``
 SAFETY, SHRINK_MOST, GROW_MOST = 0.9, 0.2, 5.0
 SMALLEST_STEP = 1e-14  # of the time reached
 TINY_ERROR = 1e-12
 NEGLIGIBLE = 30.0  # times the tolerance
+ROOT_ACCURACY = 1e-4  # of the tolerance
 
-IntArray = NDArray[np.int64]
 Work = tuple[FloatArray, FloatArray, FloatArray, FloatArray]  # new state, slopes, dense coefficients, marks
-Output = tuple[FloatArray, FloatArray, FloatArray]  # times to sample, states there, events
+Output = tuple[FloatArray, FloatArray, FloatArray, IntArray]  # times to sample, samples, events, components to sample
 
 # The weights that are not zero, row by row; unsigned columns spare the compiled code a test for negative indices.
 _ROWS, _COLUMNS = np.nonzero(STAGE_WEIGHTS)
 ENTRY_COLUMN = _COLUMNS.astype(np.uint64)
 ENTRY_WEIGHT = STAGE_WEIGHTS[_ROWS, _COLUMNS]
 ROW_START = np.searchsorted(_ROWS, np.arange(STAGES_DENSE + 1))
+ERROR_COLUMN = np.nonzero(ERROR_WEIGHTS.any(axis=0))[0].astype(np.uint64)
+ERROR_ENTRY = ERROR_WEIGHTS[:, ERROR_COLUMN]
 
 
 @compiled
@@ -52,6 +59,30 @@ def _right_side(state: FloatArray, groups: FloatArray, out: FloatArray) -> bool:
 
 
 @compiled
+def _state_stages(
+    y: FloatArray, h: float, groups: FloatArray, rows: tuple[int, int], work: FloatArray, slopes: FloatArray
+) -> bool:
+    """``_stages`` without sensitivities: the state stays in registers, which halves the time."""
+    values = (groups[0], groups[1], groups[2], groups[3], groups[4])
+    y0, y1, y2, y3 = y[0], y[1], y[2], y[3]
+    for i in range(rows[0], rows[1]):
+        w0, w1, w2, w3 = 0.0, 0.0, 0.0, 0.0
+        for k in range(ROW_START[i], ROW_START[i + 1]):
+            j, weight = ENTRY_COLUMN[k], ENTRY_WEIGHT[k]
+            w0 += weight * slopes[j, 0]
+            w1 += weight * slopes[j, 1]
+            w2 += weight * slopes[j, 2]
+            w3 += weight * slopes[j, 3]
+        a, v, x = y0 + h * w0, y1 + h * w1, y2 + h * w2
+        if not (a > 0.0 and x > -1.0):
+            return False
+        slopes[i, 0] = v
+        slopes[i, 1], slopes[i, 2], slopes[i, 3] = state_rates(a, v, x, values)
+        work[0], work[1], work[2], work[3] = a, v, x, y3 + h * w3
+    return True
+
+
+@compiled
 def _stages(
     y: FloatArray, h: float, groups: FloatArray, rows: tuple[int, int], work: FloatArray, slopes: FloatArray
 ) -> bool:
@@ -59,6 +90,8 @@ def _stages(
 
     The argument of the last stage stays in ``work``. Four components at a time stay in registers.
     """
+    if y.size == STATE_SIZE:
+        return _state_stages(y, h, groups, rows, work, slopes)
     for i in range(rows[0], rows[1]):
         for c in range(0, y.size, 4):
             w0, w1, w2, w3 = 0.0, 0.0, 0.0, 0.0
@@ -83,12 +116,13 @@ def _error(y: FloatArray, y_new: FloatArray, h: float, tolerance: float, slopes:
     third, fifth = 0.0, 0.0
     for c in range(y.size):
         e3, e5 = 0.0, 0.0
-        for j in range(STAGES):
-            e3 += ERROR_WEIGHTS[0, j] * slopes[j, c]
-            e5 += ERROR_WEIGHTS[1, j] * slopes[j, c]
-        scale = tolerance * (1.0 + max(abs(y[c]), abs(y_new[c])))
-        third += (e3 / scale) ** 2
-        fifth += (e5 / scale) ** 2
+        for k in range(ERROR_COLUMN.size):
+            slope = slopes[ERROR_COLUMN[k], c]
+            e3 += ERROR_ENTRY[0, k] * slope
+            e5 += ERROR_ENTRY[1, k] * slope
+        over = 1.0 / (tolerance * (1.0 + max(abs(y[c]), abs(y_new[c]))))
+        third += (e3 * over) ** 2
+        fifth += (e5 * over) ** 2
     if fifth == 0.0 and third == 0.0:
         return 0.0
     return float(abs(h) * fifth / np.sqrt((fifth + 0.01 * third) * y.size))
@@ -103,116 +137,72 @@ def _attempt(y: FloatArray, h: float, groups: FloatArray, tolerance: float, work
 
 
 @compiled
-def _prepare_dense(y: FloatArray, y_new: FloatArray, h: float, slopes: FloatArray, dense: FloatArray) -> None:
-    for c in range(y.size):
-        change = y_new[c] - y[c]
-        dense[0, c] = change
-        dense[1, c] = h * slopes[0, c] - change
-        dense[2, c] = 2.0 * change - h * (slopes[STAGES, c] + slopes[0, c])
-        for i in range(4):
-            total = 0.0
-            for j in range(STAGES_DENSE):
-                total += DENSE_WEIGHTS[i, j] * slopes[j, c]
-            dense[3 + i, c] = h * total
+def _elastic_excess(stretch: float, x: float) -> float:
+    """λ² − λ_p², which has the sign of the stress of the relaxing network."""
+    return (stretch - 1.0) * (stretch + 1.0) - x
 
 
 @compiled
-def _interpolate(y: FloatArray, dense: FloatArray, c: int, theta: float) -> float:
-    """Component ``c`` of the dense output at the fraction ``theta`` of the step."""
-    value = 0.0
-    for i in range(DENSE_ORDER - 1, -1, -1):
-        value += dense[i, c]
-        value *= theta if i % 2 == 0 else 1.0 - theta
-    return float(value + y[c])
+def _has_kink(y: FloatArray, y_new: FloatArray, groups: FloatArray, tolerance: float) -> bool:
+    """Whether λ_e passes 1 inside a step, where |s|ᵐ with m ≠ 1 is not smooth.
 
-
-@compiled
-def _root(y: FloatArray, dense: FloatArray, c: int, level: float, low: float, high: float) -> float:
-    """Fraction of the step where component ``c`` passes ``level``; bracketed (Illinois), to rounding."""
-    f_low = _interpolate(y, dense, c, low) - level
-    f_high = _interpolate(y, dense, c, high) - level
-    if f_low == 0.0 or f_low * f_high > 0.0:
-        return low
-    middle = high
-    for _ in range(60):
-        if f_high == 0.0 or abs(high - low) < 1e-15:
-            return high
-        middle = high - f_high * (high - low) / (f_high - f_low)
-        f_middle = _interpolate(y, dense, c, middle) - level
-        if f_middle * f_high < 0.0:
-            low, f_low = high, f_high
-        else:
-            f_low *= 0.5
-        if abs(middle - high) < 1e-16:
-            return middle
-        high, f_high = middle, f_middle
-    return high
-
-
-@compiled
-def _mark_events(y: FloatArray, y_new: FloatArray, dense: FloatArray, marks: FloatArray) -> int:
-    """Find the extremum and the unit crossings of one step in their order.
-
-    Writes rows (fraction, kind) into ``marks`` and returns their number. A step holds at most one extremum, so λ is
-    monotone on both sides of it.
+    The error of a step across it does not follow the tolerance. Ends that lie on it are not across.
     """
-    turn, turn_kind, count = 2.0, PEAK, 0
-    if y[1] > 0.0 >= y_new[1]:
-        turn = _root(y, dense, 1, 0.0, 0.0, 1.0)
-    elif y[1] < 0.0 <= y_new[1]:
-        turn, turn_kind = _root(y, dense, 1, 0.0, 0.0, 1.0), VALLEY
-    low, start = 0.0, y[0]
-    for part in range(2):
-        high = min(turn, 1.0) if part == 0 else 1.0
-        end = y_new[0] if high == 1.0 else _interpolate(y, dense, 0, high)
-        if start < 1.0 <= end or start > 1.0 >= end:
-            marks[count, 0] = _root(y, dense, 0, 1.0, low, high)
-            marks[count, 1] = UPWARD if start < end else DOWNWARD
-            count += 1
-        if turn > 1.0:
-            break
-        if part == 0:
-            marks[count, 0], marks[count, 1] = turn, turn_kind
-            count += 1
-        low, start = high, end
-    return count
+    if groups[3] == 1.0 or groups[1] == 0.0:
+        return False
+    before, after = _elastic_excess(y[0], y[2]), _elastic_excess(y_new[0], y_new[2])
+    return before * after < 0.0 and min(abs(before), abs(after)) > 10.0 * tolerance
+
+
+@compiled
+def _find_kink(y: FloatArray, y_new: FloatArray, dense: FloatArray) -> float:
+    """Fraction of the step at which λ_e passes 1, by bisection and a last secant."""
+    low, high = 0.0, 1.0
+    f_low, f_high = _elastic_excess(y[0], y[2]), _elastic_excess(y_new[0], y_new[2])
+    for _ in range(12):
+        middle = 0.5 * (low + high)
+        f_middle = _elastic_excess(interpolate(y, dense, 0, middle), interpolate(y, dense, 2, middle))
+        if f_middle * f_low > 0.0:
+            low, f_low = middle, f_middle
+        else:
+            high, f_high = middle, f_middle
+    return low + (high - low) * f_low / (f_low - f_high)
 
 
 @compiled
 def _read_step(
-    y: FloatArray,
-    span: tuple[float, float],
-    work: Work,
-    output: Output,
-    counts: IntArray,
-    tolerance: float,
+    y: FloatArray, span: tuple[float, float], work: Work, output: Output, counts: IntArray, limits: FloatArray
 ) -> bool:
-    """Write the events and samples inside one accepted step between the times ``span``; False if events are full.
-
-    Extrema and crossings smaller than the error of the integration are rounding and are left out.
-    """
+    """Write the events and samples inside one accepted step between the times ``span``; False if events are full."""
     y_new, _, dense, marks = work
-    samples, sampled, events = output
-    h = span[1] - span[0]
-    for k in range(_mark_events(y, y_new, dense, marks)):
-        row = counts[FOUND]
-        if row >= events.shape[0]:
+    samples, sampled, events, read = output
+    h, negligible = span[1] - span[0], NEGLIGIBLE * limits[0]
+    sharp = abs(y_new[1] - y[1]) >= negligible * h * limits[4]  # λ̈ over ω², the height of the turn
+    for k in range(mark_events((y, y_new), dense, max(1e-16, ROOT_ACCURACY * limits[0]), marks)):
+        theta, kind = marks[k, 0], marks[k, 1]
+        at = interpolate(y, dense, 0, theta), interpolate(y, dense, 1, theta), interpolate(y, dense, 2, theta)
+        found = (span[0] + theta * h, kind, at[0], at[1], at[2])
+        if kind > VALLEY:
+            note_crossing(found, events, counts)
+        elif sharp and not note_extremum(found, events, counts, negligible):
             return False
-        events[row, 0] = span[0] + marks[k, 0] * h
-        events[row, 1] = marks[k, 1]
-        for c in range(3):
-            events[row, 2 + c] = _interpolate(y, dense, c, marks[k, 0])
-        size = abs(events[row, 2] - 1.0) + abs(events[row, 3])
-        if size < NEGLIGIBLE * tolerance:
-            continue
-        counts[FOUND] += 1
-        counts[PEAKS] += 1 if marks[k, 1] == PEAK else 0
     while counts[WRITTEN] < samples.size and samples[counts[WRITTEN]] <= span[1]:
         theta = (samples[counts[WRITTEN]] - span[0]) / h
-        for c in range(y.size):
-            sampled[counts[WRITTEN], c] = _interpolate(y, dense, c, theta)
+        for k in range(read.size):
+            sampled[k, counts[WRITTEN]] = interpolate(y, dense, read[k], theta)
         counts[WRITTEN] += 1
     return True
+
+
+@compiled
+def are_rising(times: FloatArray) -> bool:
+    """Whether ``times`` are finite and do not fall; quick, since a fit asks some thousand times."""
+    before = -np.inf
+    for k in range(times.size):
+        if not before <= times[k] < np.inf:
+            return False
+        before = times[k]
+    return times.size > 0 and times[0] > -np.inf
 
 
 @compiled
@@ -221,21 +211,25 @@ def integrate(
 ) -> tuple[int, float, float]:
     """Integrate from ``initial`` at t* = 0 to the last of the rising times ``output[0]``.
 
-    ``limits`` holds tolerance, longest step, most steps and the number of peaks after which to stop (0: never).
-    ``output`` is (samples, sampled, events): the times, the state at each, and a row (time, kind, λ, dλ/dt*, x) per
-    event; ``counts`` receives the numbers at FOUND, PEAKS, WRITTEN, ACCEPTED, REJECTED. Returns the status (DONE or
-    what stopped it), the time reached and the largest error of the energy balance.
+    ``limits`` holds tolerance, longest step, most steps, the number of peaks after which to stop (0: never) and ω² of
+    the fastest small oscillation. ``output`` is (samples, sampled, events, components): the times, the sampled
+    components at each, and a row (time, kind, λ, dλ/dt*, x) per event; ``counts`` receives the numbers at FOUND, PEAKS,
+    WRITTEN, ACCEPTED, REJECTED. Returns the status (DONE or what stopped it), the time reached and the largest error of
+    the energy balance.
     """
     y = initial.copy()
     slopes = np.empty((STAGES_DENSE, y.size))
-    work = (np.empty(y.size), slopes, np.empty((DENSE_ORDER, y.size)), np.empty((4, 2)))
+    work = (np.empty(y.size), slopes, np.empty((DENSE_ORDER, y.size)), np.empty((MARKS, 2)))
     scratch = np.empty(y.size)
-    samples = output[0]
+    samples, _, events, read = output
     t, end, worst = 0.0, samples[-1], 0.0
     h = min(0.25 * limits[1], end)
     energy_0 = energy(y[0], y[1], y[2], groups[0])
+    if abs(y[0] - 1.0) >= NEGLIGIBLE * limits[0]:
+        counts[SIDE] = 1 if y[0] > 1.0 else -1
     while counts[WRITTEN] < samples.size and samples[counts[WRITTEN]] <= 0.0:
-        output[1][counts[WRITTEN], :] = y
+        for k in range(read.size):
+            output[1][k, counts[WRITTEN]] = y[read[k]]
         counts[WRITTEN] += 1
     if not _right_side(y, groups, slopes[0]):
         return STEP_TOO_SMALL, t, worst
@@ -245,26 +239,36 @@ def integrate(
         h = min(h, limits[1])
         t_new = min(t + h, end)
         if t_new - t < SMALLEST_STEP * t or t_new == t:
-            return (DONE if t_new == end else STEP_TOO_SMALL), t, worst
+            if t_new != end:
+                return STEP_TOO_SMALL, t, worst
+            break
         error = _attempt(y, t_new - t, groups, limits[0], work)
         if not error <= 1.0:  # also where the error estimate overflowed
             counts[REJECTED] += 1
             h = (t_new - t) * (max(SHRINK_MOST, SAFETY * error**-0.125) if error < np.inf else SHRINK_MOST)
             continue
-        counts[ACCEPTED] += 1
         y_new = work[0]
+        if _has_kink(y, y_new, groups, limits[0]):
+            _stages(y, t_new - t, groups, (STAGES + 1, STAGES_DENSE), scratch, slopes)
+            prepare_dense((y, y_new), t_new - t, slopes, read, work[2])
+            counts[REJECTED] += 1
+            h = (t_new - t) * _find_kink(y, y_new, work[2])
+            continue
+        counts[ACCEPTED] += 1
         turns = y[1] * y_new[1] <= 0.0 and y[1] != 0.0
         crosses = (y[0] - 1.0) * (y_new[0] - 1.0) <= 0.0 and y[0] != 1.0
         if turns or crosses or (counts[WRITTEN] < samples.size and samples[counts[WRITTEN]] <= t_new):
             _stages(y, t_new - t, groups, (STAGES + 1, STAGES_DENSE), scratch, slopes)
-            _prepare_dense(y, y_new, t_new - t, slopes, work[2])
-            if not _read_step(y, (t, t_new), work, output, counts, limits[0]):
+            prepare_dense((y, y_new), t_new - t, slopes, read, work[2])
+            if not _read_step(y, (t, t_new), work, output, counts, limits):
                 return TOO_MANY_EVENTS, t, worst
-        y[:] = y_new
-        slopes[0, :] = slopes[STAGES]
+        for c in range(y.size):
+            y[c] = y_new[c]
+            slopes[0, c] = slopes[STAGES, c]
         t = t_new
         worst = max(worst, abs(energy(y[0], y[1], y[2], groups[0]) + y[3] - energy_0))
         if limits[3] > 0.0 and counts[PEAKS] >= limits[3]:
             break
         h *= min(GROW_MOST, SAFETY * error**-0.125) if error > TINY_ERROR else GROW_MOST
+    settle_crossing(y[0], events, counts, NEGLIGIBLE * limits[0])
     return DONE, t, worst / energy_0 if energy_0 > 0.0 else worst

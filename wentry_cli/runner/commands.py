@@ -9,25 +9,59 @@ from typing import Any
 import yaml
 
 from wentry_cli.config.campaign import Drop, find_drops, read_drop
+from wentry_cli.config.inheritance import find_shared, notes_of
 from wentry_cli.config.places import Document, Place, read_value
 from wentry_cli.errors import CampaignError, ConfigurationError, InputError, WentryError
-from wentry_cli.pipeline import stages_of
+from wentry_cli.pipeline import CampaignStage, Stage, campaign_stages_of, stages_of
 from wentry_cli.runner.campaign import Hands, Work, run_campaign
+from wentry_cli.runner.campaign_stages import Members, plan_campaign, rewritten_by, run_campaign_stages
 from wentry_cli.runner.drop import Event, Failure, Report
 from wentry_cli.runner.lock import locked
-from wentry_cli.runner.plan import Choice, Step, plan
+from wentry_cli.runner.plan import INTERRUPTED, Choice, Step, plan
 from wentry_cli.runner.record import RUN, STAGES, read_drops, read_json, write_run
 from wentry_cli.tables import has_table
 
 CONFIGURATION = "configuration"
+Plans = dict[str, list[Step[Stage]]]
+
+
+@dataclass(frozen=True)
+class Order:
+    """What is asked for: a command, how and by whom; ``shown`` are the drops of a report (none: all)."""
+
+    command: str
+    choice: Choice = field(default_factory=Choice)
+    hands: Hands = field(default_factory=Hands)
+    shown: tuple[str, ...] = ()
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """The commands that do it, in order."""
+        return ("process", "fit", "report") if self.command == "run" else (self.command,)
+
+    @property
+    def stages(self) -> list[Stage]:
+        """The stages of a drop that are asked for."""
+        return stages_of(*self.commands, until=self.choice.until)
+
+    @property
+    def campaign_stages(self) -> list[CampaignStage]:
+        """The stages over all drops that are asked for."""
+        return campaign_stages_of(*self.commands, until=self.choice.until)
+
+    @property
+    def measures(self) -> bool:
+        """Whether drops are worked on, so that a failed one fails the command; a report shows what there is."""
+        return bool(self.stages)
 
 
 @dataclass
 class Campaign:
-    """The drops that can be run, and the failures so far."""
+    """The drops that can be run, the failures so far, and what the user should hear of a ``campaign.yaml``."""
 
     drops: list[Drop]
     failures: list[Failure] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
     @property
     def size(self) -> int:
@@ -62,15 +96,17 @@ def read_campaign(video_dir: Path, settings: tuple[str, ...] = (), only: tuple[s
     """
     overrides = overrides_document(settings)
     found = find_drops(video_dir)
-    campaign = Campaign([])
-    for name in _selected(list(found), only, video_dir):
+    names = _selected(list(found), only, video_dir)
+    told = [note for name in names for note in notes_of(find_shared(found[name], video_dir), video_dir)]
+    campaign = Campaign([], notes=list(dict.fromkeys(told)))
+    for name in names:
         try:
-            campaign.drops.append(read_drop(name, found[name], overrides))
+            campaign.drops.append(read_drop(name, found[name], overrides, video_dir))
         except WentryError as error:
             campaign.failures.append(Failure(name, CONFIGURATION, error.exit_code, str(error)))
     if not campaign.drops:
         lines = dict.fromkeys(line for failure in campaign.failures for line in failure.sentence.splitlines())
-        raise ConfigurationError("\n".join(lines))
+        raise ConfigurationError("\n".join([*lines, *campaign.notes]))
     return campaign
 
 
@@ -81,14 +117,8 @@ def _selected(names: list[str], only: tuple[str, ...], where: Path) -> list[str]
     return [name for name in names if not only or name in only]
 
 
-def process(campaign: Campaign, results: Path, choice: Choice, hands: Hands, report: Report) -> None:
-    """Run the measuring stages; failures are added to ``campaign``."""
-    _keep_raw_data(campaign, results)
-    _run(campaign, results, "process", choice, hands, report)
-
-
-def _keep_raw_data(campaign: Campaign, results: Path) -> None:
-    """Nothing is ever written beside the frames of a recording."""
+def keep_raw_data(campaign: Campaign, results: Path) -> None:
+    """Raise ``InputError`` where ``results`` would lie among the frames of a recording."""
     for drop in campaign.drops:
         for view in drop.experiment.sides:
             source = drop.source_path(view).resolve()
@@ -96,27 +126,51 @@ def _keep_raw_data(campaign: Campaign, results: Path) -> None:
                 raise InputError(f"{results}: lies among the frames of {source}; choose another folder with -o")
 
 
-def fit(campaign: Campaign, results: Path, choice: Choice, hands: Hands, report: Report) -> None:
-    """Run model and summary of each drop, then the regressions over the campaign."""
-    _run(campaign, results, "fit", choice, hands, report)
-    if choice.until is None or choice.until == "scaling":
-        from wentry_cli.stages import scaling
+def work(campaign: Campaign, results: Path, order: Order, report: Report) -> list[Step[CampaignStage]]:
+    """Do what is ordered, one command after another; failures of drops are added to ``campaign``.
 
-        done = _without_failures(campaign)
-        if done:
-            report(Event("", "scaling", "start"))
-            scaling.run(results, done)
-            report(Event("", "scaling", "done"))
+    The record of the run is written before the report, which shows it. Returns the steps over all drops.
+    """
+    for name in order.commands:
+        stages = stages_of(name, until=order.choice.until)
+        if stages:
+            todo = Work(results, stages, order.choice)
+            campaign.failures += run_campaign(todo, _without_failures(campaign), order.hands, report)
+    done = []
+    for stage in order.campaign_stages:
+        if stage.shows_all:
+            finish(campaign, results, order)
+        done += run_campaign_stages(_members(campaign, results, order), [stage], order.choice, report)
+    return done
+
+
+def plans(campaign: Campaign, results: Path, order: Order) -> tuple[Plans, list[Step[CampaignStage]]]:
+    """What would run for each drop and over all drops, and why; nothing is done."""
+    found: Plans = {}
+    for drop in _without_failures(campaign) if order.measures else []:
+        try:
+            found[drop.name] = plan(results, drop, order.stages, order.choice)
+        except WentryError as error:
+            campaign.failures.append(Failure(drop.name, "ingest", error.exit_code, str(error)))
+    over_all = order.campaign_stages
+    if not over_all:
+        return found, []
+    return found, plan_campaign(_members(campaign, results, order), over_all, order.choice, rewritten_by(found))
+
+
+def _members(campaign: Campaign, results: Path, order: Order) -> Members:
+    """What a stage over all drops works on: all that is in ``results``, not only the drops of this run."""
+    try:
+        everything = processed(results, order.shown)
+    except InputError:
+        everything = Campaign([])
+    failed = frozenset(failure.drop for failure in (*campaign.failures, *everything.failures))
+    return Members(results, everything.drops, failed)
 
 
 def _without_failures(campaign: Campaign) -> list[Drop]:
     failed = {failure.drop for failure in campaign.failures}
     return [drop for drop in campaign.drops if drop.name not in failed]
-
-
-def _run(campaign: Campaign, results: Path, command: str, choice: Choice, hands: Hands, report: Report) -> None:
-    work = Work(results, stages_of(command), choice)
-    campaign.failures += run_campaign(work, _without_failures(campaign), hands, report)
 
 
 def processed(results: Path, only: tuple[str, ...] = ()) -> Campaign:
@@ -139,6 +193,9 @@ def _failed_before(results: Path, drop: Drop) -> list[Failure]:
         if not isinstance(known, dict):
             sentence = f"{drop.name}: stage {stage.name} has not run; run `wentry process` first"
             return [Failure(drop.name, stage.name, InputError.exit_code, sentence)]
+        if known.get("error") == INTERRUPTED:
+            sentence = f"{drop.name}: stage {stage.name} was interrupted; run `wentry process` again"
+            return [Failure(drop.name, stage.name, InputError.exit_code, sentence)]
         if known.get("error"):
             return [Failure(drop.name, stage.name, int(known.get("exit_code", 1)), str(known["error"]))]
         missing = [name for name in known.get("outputs", {}) if not has_table(results / drop.name, name)]
@@ -148,13 +205,15 @@ def _failed_before(results: Path, drop: Drop) -> list[Failure]:
     return []
 
 
-def finish(campaign: Campaign, results: Path, command: str) -> dict[str, Any]:
+def finish(campaign: Campaign, results: Path, order: Order) -> dict[str, Any]:
     """Write ``run.json`` and return it."""
+    if not order.measures:
+        return write_run(results, None, {}, set())
     failures = {
         failure.drop: {"stage": failure.stage, "exit_code": failure.exit_code, "sentence": failure.sentence}
         for failure in campaign.failures
     }
-    return write_run(results, command, failures, {drop.name for drop in campaign.drops})
+    return write_run(results, order.command, failures, {drop.name for drop in campaign.drops})
 
 
 def tell_failures(campaign: Campaign, report: Report) -> None:
@@ -179,26 +238,16 @@ def raise_failures(campaign: Campaign) -> None:
     raise CampaignError(f"{len(campaign.failures)} of {campaign.size} drops failed: {names}; {rest}")
 
 
-def plans(campaign: Campaign, results: Path, commands: tuple[str, ...], choice: Choice) -> dict[str, list[Step]]:
-    """What would run for each drop, and why; nothing is done."""
-    found: dict[str, list[Step]] = {}
-    for drop in campaign.drops:
-        try:
-            found[drop.name] = plan(results, drop, stages_of(*commands), choice)
-        except WentryError as error:
-            campaign.failures.append(Failure(drop.name, "ingest", error.exit_code, str(error)))
-    return found
-
-
 __all__ = [
     "Campaign",
+    "Order",
     "finish",
-    "fit",
+    "keep_raw_data",
     "locked",
     "plans",
-    "process",
     "processed",
     "raise_failures",
     "read_campaign",
     "tell_failures",
+    "work",
 ]

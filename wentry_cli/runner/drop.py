@@ -13,16 +13,16 @@ from typing import Any
 from wentry_cli import progress
 from wentry_cli.config.campaign import Drop
 from wentry_cli.errors import InputError, TooFewMeasurementsError, WentryError
+from wentry_cli.frames.decoded import decoded_once
 from wentry_cli.pipeline import STAGES as ALL_STAGES
 from wentry_cli.pipeline import Stage
 from wentry_cli.provenance import digest_of_file, peak_memory_mb
 from wentry_cli.runner.corrections import apply_corrections
-from wentry_cli.runner.plan import Choice, fingerprint, plan
-from wentry_cli.runner.record import STAGES, read_json, write_drop, write_json
+from wentry_cli.runner.plan import INTERRUPTED, Choice, as_read_by, fingerprint, plan
+from wentry_cli.runner.record import STAGES, note_stage, read_json, write_drop
 from wentry_cli.tables import table_path, write_text
 
 ERROR_LOG = "error.log"
-INTERRUPTED = "interrupted"
 
 
 @dataclass(frozen=True)
@@ -58,11 +58,12 @@ def run_drop(results: Path, drop: Drop, stages: list[Stage], choice: Choice, rep
     """
     running = [stages[0].name if stages else ""]
     try:
-        _run_steps(results, drop, stages, choice, report, running)
+        with decoded_once(results / drop.name):
+            _run_steps(results, drop, stages, choice, report, running)
     except WentryError as error:
         failure = Failure(drop.name, running[0], error.exit_code, str(error))
     except Exception as bug:
-        failure = Failure(drop.name, running[0], 1, _keep_traceback(results / drop.name, running[0], bug))
+        failure = Failure(drop.name, running[0], 1, keep_traceback(results / drop.name, running[0], bug))
     else:
         return None
     report(Event(drop.name, failure.stage, "failed", failure.sentence))
@@ -81,7 +82,7 @@ def _run_steps(
         running[0] = stage.name
         if step.action == "run":
             report(Event(drop.name, stage.name, "start", step.reason))
-            seconds = _run_stage(folder, drop, stage, report)
+            seconds = _run_stage(folder, as_read_by(stage, drop, results), stage, report)
             report(Event(drop.name, stage.name, "done", f"{seconds:.1f} s"))
             continue
         if step.action == "not_needed":
@@ -89,7 +90,8 @@ def _run_steps(
         report(Event(drop.name, stage.name, step.action, step.reason))
 
 
-def _keep_traceback(folder: Path, stage: str, bug: Exception) -> str:
+def keep_traceback(folder: Path, stage: str, bug: Exception) -> str:
+    """Write the traceback of ``bug`` to ``error.log`` in ``folder``; the sentence for the user."""
     sentence = f"{type(bug).__name__} in stage {stage}: a mistake in wentry; please report it"
     log = folder / ERROR_LOG
     try:
@@ -112,26 +114,26 @@ def _run_stage(folder: Path, drop: Drop, stage: Stage, report: Report) -> float:
     run = importlib.import_module(f"wentry_cli.stages.{stage.name}").run
     _forget(folder, stage)
     marks = fingerprint(folder, drop, stage)
-    _record(folder, stage, {"error": INTERRUPTED})
+    note_stage(folder, stage.name, {"error": INTERRUPTED})
     progress.listen(lambda done, total: report(Event(drop.name, stage.name, "tick", "", done, total)))
     started = time.perf_counter()
     try:
         run(folder, drop)
         apply_corrections(folder, stage, drop.corrections)
     except TooFewMeasurementsError as few:
-        _record(folder, stage, _entry(folder, stage, marks, time.perf_counter() - started, few))
+        note_stage(folder, stage.name, _entry(folder, stage, marks, time.perf_counter() - started, few))
         _forget_later(folder, stage)
         raise
     except Exception as failed:
         _remove_tables(folder, stage)
         error = failed if isinstance(failed, WentryError) else WentryError(f"{type(failed).__name__}, see {ERROR_LOG}")
-        _record(folder, stage, _entry(folder, stage, marks, time.perf_counter() - started, error))
+        note_stage(folder, stage.name, _entry(folder, stage, marks, time.perf_counter() - started, error))
         _forget_later(folder, stage)
         raise
     finally:
         progress.listen(None)
     seconds = time.perf_counter() - started
-    _record(folder, stage, _entry(folder, stage, marks, seconds, None))
+    note_stage(folder, stage.name, _entry(folder, stage, marks, seconds, None))
     return seconds
 
 
@@ -150,20 +152,11 @@ def _entry(
     return entry
 
 
-def _record(folder: Path, stage: Stage, entry: dict[str, Any] | None) -> None:
-    path = folder / STAGES
-    record = read_json(path)
-    record.pop(stage.name, None)
-    if entry is not None:
-        record[stage.name] = entry
-    write_json(path, record)
-
-
 def _forget(folder: Path, stage: Stage) -> None:
     """Remove what an earlier run of ``stage`` left, so that no table outlives its inputs."""
     _remove_tables(folder, stage)
     if stage.name in read_json(folder / STAGES):
-        _record(folder, stage, None)
+        note_stage(folder, stage.name, None)
 
 
 def _remove_tables(folder: Path, stage: Stage) -> None:

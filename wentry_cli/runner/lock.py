@@ -32,6 +32,21 @@ def locked(results: Path) -> Iterator[None]:
         os.close(handle)
 
 
+def is_locked(results: Path) -> bool:
+    """Whether another process holds the lock of ``results``; nothing is written to find out."""
+    try:
+        handle = os.open(results / LOCK, os.O_RDWR)
+    except OSError:
+        return False
+    try:
+        _take(handle)
+    except OSError:
+        return True
+    finally:
+        os.close(handle)
+    return False
+
+
 def _take(handle: int) -> None:
     if os.name == "nt":
         import msvcrt

@@ -5,16 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from wentry_cli import __version__
 from wentry_cli.config.campaign import Drop
-from wentry_cli.pipeline import Stage
+from wentry_cli.pipeline import CampaignStage, Stage
 from wentry_cli.provenance import digest_of, digest_of_file
 from wentry_cli.runner.record import STAGES, read_json
 from wentry_cli.tables import table_path
 
+S = TypeVar("S", Stage, CampaignStage)
 CORRECTED = ("track", "cavity")
+INTERRUPTED = "interrupted"  # in the place of an error while a stage runs
+UNCHANGED = "nothing that it reads has changed"
 
 
 @dataclass(frozen=True)
@@ -27,22 +30,27 @@ class Choice:
 
 
 @dataclass(frozen=True)
-class Step:
-    """One stage of one drop: ``action`` is ``run``, ``fresh`` or ``not_needed``; ``reason`` says why."""
+class Step(Generic[S]):
+    """One stage of a drop or the campaign: ``action`` is ``run``, ``fresh`` or ``not_needed``; ``reason`` says why."""
 
-    stage: Stage
+    stage: S
     action: str
     reason: str
 
 
-def plan(results: Path, drop: Drop, stages: list[Stage], choice: Choice) -> list[Step]:
+def as_read_by(stage: Stage, drop: Drop, results: Path) -> Drop:
+    """``drop`` as ``stage`` sees it: a calibration in ``results`` counts for the stages of ``fit``."""
+    return drop.with_calibration(results) if stage.command == "fit" else drop
+
+
+def plan(results: Path, drop: Drop, stages: list[Stage], choice: Choice) -> list[Step[Stage]]:
     """The steps for ``drop``, in order. A stage downstream of one that runs runs too, if it reads what that writes."""
     folder = results / drop.name
     record = read_json(folder / STAGES)
-    steps: list[Step] = []
+    steps: list[Step[Stage]] = []
     changing: dict[str, str] = {}
     for stage in stages:
-        step = _step(folder, drop, stage, record, changing, choice)
+        step = _step(folder, as_read_by(stage, drop, results), stage, record, changing, choice)
         if step.action == "run":
             changing |= dict.fromkeys(stage.writes, stage.name)
         steps.append(step)
@@ -53,7 +61,7 @@ def plan(results: Path, drop: Drop, stages: list[Stage], choice: Choice) -> list
 
 def _step(
     folder: Path, drop: Drop, stage: Stage, record: dict[str, Any], changing: dict[str, str], choice: Choice
-) -> Step:
+) -> Step[Stage]:
     why_not = stage.why_not(drop)
     if why_not is not None:
         return Step(stage, "not_needed", why_not)
@@ -63,24 +71,30 @@ def _step(
     if above is not None:
         return Step(stage, "run", f"{above} runs before it")
     reason = why_stale(folder, drop, stage, record, verify=choice.verify)
-    return Step(stage, "run" if reason else "fresh", reason or "nothing that it reads has changed")
+    return Step(stage, "run" if reason else "fresh", reason or UNCHANGED)
 
 
 def why_stale(folder: Path, drop: Drop, stage: Stage, record: dict[str, Any], *, verify: bool = False) -> str | None:
     """Why ``stage`` must run again, or ``None`` where its tables are those of today's inputs."""
-    known = record.get(stage.name)
-    if not isinstance(known, dict) or "fingerprint" not in known:
-        return "not run yet"
-    if known.get("error"):
-        return "failed last time"
+    known: Any = record.get(stage.name)
+    if (reason := not_complete(known)) is not None:
+        return reason
     for name, digest in known.get("outputs", {}).items():
         if digest_of_file(table_path(folder, name)) != digest:
             return f"{name}.csv was changed or removed"
-    today = fingerprint(folder, drop, stage, verify=verify)
-    for what, value in today.items():
-        if known["fingerprint"].get(what) != value:
-            return f"{what} changed"
-    return None
+    return first_change(known["fingerprint"], fingerprint(folder, drop, stage, verify=verify))
+
+
+def not_complete(known: Any) -> str | None:
+    """Why what is recorded of a stage is no result, or ``None`` where it is one."""
+    if isinstance(known, dict) and known.get("error"):
+        return "interrupted last time" if known["error"] == INTERRUPTED else "failed last time"
+    return None if isinstance(known, dict) and "fingerprint" in known else "not run yet"
+
+
+def first_change(before: dict[str, Any], today: dict[str, Any]) -> str | None:
+    """The first mark that is not what it was; ``None`` where all are."""
+    return next((f"{what} changed" for what in {**today, **before} if before.get(what) != today.get(what)), None)
 
 
 def fingerprint(folder: Path, drop: Drop, stage: Stage, *, verify: bool = False) -> dict[str, Any]:
@@ -98,7 +112,7 @@ def fingerprint(folder: Path, drop: Drop, stage: Stage, *, verify: bool = False)
         marks[f"{name}.csv"] = digest_of_file(table_path(folder, name))
     if stage.frames:
         for view in drop.experiment.sides:
-            marks[f"recording {view}"] = _identity(drop.source_path(view), verify)
+            marks[f"recording {view}"] = identity(drop.source_path(view), verify)
     return marks
 
 
@@ -118,7 +132,7 @@ def _corrections(drop: Drop, stage: Stage) -> Any:
 
 
 @cache
-def _identity(path: Path, verify: bool) -> str:
+def identity(path: Path, verify: bool) -> str:
     """One look at a recording serves all stages of a run."""
     from wentry_cli.frames.identity import recording_identity
 

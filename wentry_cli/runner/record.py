@@ -1,4 +1,4 @@
-"""What is written beside the tables: ``drop.json``, ``stages.json`` of each drop and ``run.json`` of the campaign."""
+"""What is written beside the tables: ``drop.json`` of each drop, ``stages.json`` of each and of all, ``run.json``."""
 
 from __future__ import annotations
 
@@ -30,6 +30,16 @@ def write_json(path: Path, content: dict[str, Any]) -> None:
     write_text(path, json.dumps(content, indent=1, sort_keys=True, ensure_ascii=False) + "\n")
 
 
+def note_stage(folder: Path, name: str, entry: dict[str, Any] | None) -> None:
+    """Set what ``stages.json`` in ``folder`` says of the stage ``name``; ``None`` takes it out."""
+    path = folder / STAGES
+    record = read_json(path)
+    record.pop(name, None)
+    if entry is not None:
+        record[name] = entry
+    write_json(path, record)
+
+
 def write_drop(results: Path, drop: Drop) -> None:
     """Keep the drop's resolved configuration beside its tables, for the commands that do not see the videos."""
     write_json(results / drop.name / DROP, drop.record())
@@ -53,14 +63,17 @@ def read_drops(results: Path) -> list[Drop]:
     return drops
 
 
-def write_run(results: Path, command: str, failures: dict[str, dict[str, Any]], tried: set[str]) -> dict[str, Any]:
+def write_run(
+    results: Path, command: str | None, failures: dict[str, dict[str, Any]], tried: set[str]
+) -> dict[str, Any]:
     """Gather what was done in ``results`` into ``run.json`` and return it.
 
+    ``command`` is the one that made the tables, ``None`` for one that only shows them: the one before stays.
     ``failures`` maps a drop to stage, exit code and sentence of this run; failures of earlier runs stay for drops that
     were not ``tried`` again.
     """
-    before = read_json(results / RUN).get("failures", {})
-    failures = {name: told for name, told in before.items() if name not in tried} | failures
+    before = read_json(results / RUN)
+    failures = {name: told for name, told in before.get("failures", {}).items() if name not in tried} | failures
     drops: dict[str, Any] = {}
     for path in sorted(results.glob(f"*/{DROP}")):
         name = path.parent.name
@@ -73,10 +86,11 @@ def write_run(results: Path, command: str, failures: dict[str, dict[str, Any]], 
             "stages": read_json(path.parent / STAGES),
         }
     content = {
-        "command": command,
+        "command": before.get("command") if command is None else command,
         "environment": environment(),
         "version": environment()["wentry"],
         "drops": drops,
+        "stages": read_json(results / STAGES),
         "failures": failures,
     }
     write_json(results / RUN, content)

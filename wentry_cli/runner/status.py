@@ -6,47 +6,57 @@ from pathlib import Path
 from typing import Any
 
 from wentry_cli.config.campaign import Drop, read_drop
-from wentry_cli.errors import LockedError, WentryError
+from wentry_cli.errors import WentryError
+from wentry_cli.pipeline import CAMPAIGN_STAGES, Stage
 from wentry_cli.pipeline import STAGES as ALL_STAGES
-from wentry_cli.runner.drop import INTERRUPTED
-from wentry_cli.runner.lock import locked
-from wentry_cli.runner.plan import Choice, Step, plan
-from wentry_cli.runner.record import STAGES, read_drops, read_json
+from wentry_cli.runner.campaign_stages import ALL_DROPS, Members, plan_campaign, rewritten_by
+from wentry_cli.runner.commands import processed
+from wentry_cli.runner.lock import is_locked
+from wentry_cli.runner.plan import INTERRUPTED, Choice, Step, plan
+from wentry_cli.runner.record import STAGES, read_json
+
+States = dict[str, dict[str, tuple[str, str]]]
 
 
-def drop_status(results: Path) -> dict[str, dict[str, tuple[str, str]]]:
-    """State and reason by drop and stage: ``fresh``, ``stale``, ``failed``, ``running``, ``not needed``."""
-    drops = read_drops(results)
-    busy = _is_locked(results)
-    return {drop.name: _states(results, _as_configured_today(drop), busy) for drop in drops}
+def campaign_status(results: Path, only: tuple[str, ...] = ()) -> States:
+    """State and reason by drop and stage: ``fresh``, ``stale``, ``failed``, ``running``, ``not needed``.
 
-
-def _is_locked(results: Path) -> bool:
-    try:
-        with locked(results):
-            return False
-    except LockedError:
-        return True
+    The stages over all drops stand under the name ``*``.
+    """
+    campaign = processed(results, only)
+    busy = is_locked(results)
+    states: States = {}
+    steps: dict[str, list[Step[Stage]]] = {}
+    for drop in campaign.drops:
+        states[drop.name], steps[drop.name] = _states(results, _as_configured_today(drop), busy)
+    if not only:
+        failed = frozenset(failure.drop for failure in campaign.failures)
+        members = Members(results, campaign.drops, failed)
+        rewritten = rewritten_by({name: own for name, own in steps.items() if name not in failed})
+        record = read_json(results / STAGES)
+        over_all = plan_campaign(members, list(CAMPAIGN_STAGES), Choice(), rewritten)
+        states[ALL_DROPS] = {step.stage.name: _state(step, record.get(step.stage.name), busy) for step in over_all}
+    return states
 
 
 def _as_configured_today(drop: Drop) -> Drop:
     """The drop as its ``experiment.yaml`` describes it now, where that file is still there and right."""
     try:
-        return read_drop(drop.name, drop.folder)
+        return read_drop(drop.name, drop.folder, top=drop.top)
     except WentryError:
         return drop
 
 
-def _states(results: Path, drop: Drop, busy: bool) -> dict[str, tuple[str, str]]:
+def _states(results: Path, drop: Drop, busy: bool) -> tuple[dict[str, tuple[str, str]], list[Step[Stage]]]:
     record = read_json(results / drop.name / STAGES)
     try:
-        steps = plan(results, drop.with_calibration(results), list(ALL_STAGES), Choice())
+        steps = plan(results, drop, list(ALL_STAGES), Choice())
     except WentryError as gone:
-        return {stage.name: ("stale", str(gone)) for stage in ALL_STAGES}
-    return {step.stage.name: _state(step, record.get(step.stage.name), busy) for step in steps}
+        return {stage.name: ("stale", str(gone)) for stage in ALL_STAGES}, []
+    return {step.stage.name: _state(step, record.get(step.stage.name), busy) for step in steps}, steps
 
 
-def _state(step: Step, known: Any, busy: bool) -> tuple[str, str]:
+def _state(step: Step[Any], known: Any, busy: bool) -> tuple[str, str]:
     if step.action == "not_needed":
         return "not needed", step.reason
     error = known.get("error") if isinstance(known, dict) else None

@@ -31,9 +31,9 @@ ROWS_PER_RADIUS = 20  # cavity.csv keeps every third row of a sphere of 60 px
 
 @dataclass
 class _Rows:
-    """Columns of cavity.csv, collected frame by frame."""
+    """Columns of cavity.csv, collected frame by frame: frame, axis, rows, left and right edges, px."""
 
-    parts: list[dict[str, Any]]
+    parts: list[tuple[int, float, Floats, Floats, Floats]]
 
     def add(self, frame: int, profile: CavityProfile, view: SideView) -> None:
         """Add the walls of one frame: every ``step``-th row between the surface and the contact line."""
@@ -45,21 +45,25 @@ class _Rows:
         kept = (profile.y_px % step == 0) & (profile.y_px <= lowest) & (profile.width_px > 0.0)
         if not kept.any():
             return
-        rows = profile.y_px[kept]
-        axis, y_m = view.metres(sphere.x_px, rows)
-        self.parts.append({
-            "frame": np.full(rows.size, frame),
-            "t_s": np.full(rows.size, view.t_s[frame]),
-            "wall": wall_numbers(y_m, float(view.t_s[frame]), view.starts),
-            "y_m": y_m,
-            "left_m": view.metres(profile.left_px[kept], rows)[0] - axis,
-            "right_m": view.metres(profile.right_px[kept], rows)[0] - axis,
-        })  # fmt: skip
+        self.parts.append((frame, sphere.x_px, profile.y_px[kept], profile.left_px[kept], profile.right_px[kept]))
 
-    def table(self) -> dict[str, Any]:
+    def table(self, view: SideView) -> dict[str, Any]:
         """All columns, a row per frame and row of the profile."""
-        names = ("frame", "t_s", "wall", "y_m", "left_m", "right_m")
-        return {name: np.concatenate([part[name] for part in self.parts]) if self.parts else [] for name in names}
+        if not self.parts:
+            return {name: [] for name in ("frame", "t_s", "wall", "y_m", "left_m", "right_m")}
+        sizes = [part[2].size for part in self.parts]
+        frame, x_px = (np.repeat([part[k] for part in self.parts], sizes) for k in (0, 1))
+        y_px, left_px, right_px = (np.concatenate([part[k] for part in self.parts]) for k in (2, 3, 4))
+        axis, y_m = view.metres(x_px, y_px)
+        t_s = view.t_s[frame]
+        return {
+            "frame": frame,
+            "t_s": t_s,
+            "wall": wall_numbers(y_m, t_s, view.starts),
+            "y_m": y_m,
+            "left_m": view.metres(left_px, y_px)[0] - axis,
+            "right_m": view.metres(right_px, y_px)[0] - axis,
+        }
 
 
 def run(folder: Path, drop: Drop) -> None:
@@ -91,7 +95,7 @@ def run(folder: Path, drop: Drop) -> None:
         clip.close()
     tracks = follower.tracks()
     seal = find_seal(tracks, _scene(view, (tops, apexes), dome))
-    write_table(folder, "cavity", new_table("cavity", rows.table()))
+    write_table(folder, "cavity", new_table("cavity", rows.table(view)))
     write_table(folder, "neck", new_table("neck", _neck_columns(tracks, seal, view)))
     events = _events(view, seal, dome)
     write_table(folder, "events", new_table("events", {name: [row[name] for row in events] for name in events[0]}))

@@ -13,6 +13,7 @@ from wentry_cli.errors import ConfigurationError, FrameUnreadableError
 from wentry_cli.frames.formats import open_recording
 from wentry_cli.frames.oriented import Oriented, orient
 from wentry_cli.frames.reader import RecordingInfo, Region
+from wentry_cli.imaging.exposure import sum_and_clipped
 from wentry_cli.progress import tick
 from wentry_cli.tables import new_table, write_table
 
@@ -93,8 +94,9 @@ def _strips(info: RecordingInfo) -> list[Region] | None:
 def _level(opened: OpenView, index: int, strips: list[Region] | None) -> tuple[float, float]:
     wanted: list[Region | None] = [None] if strips is None else [*strips]
     parts = [opened.recording.read(index, region) for region in wanted]
-    pixels = np.concatenate([part.ravel() for part in parts])
-    return float(pixels.mean()), float(np.count_nonzero(pixels >= opened.full_scale) / pixels.size)
+    sums = [sum_and_clipped(part, int(opened.full_scale)) for part in parts]
+    size = sum(part.size for part in parts)
+    return sum(total for total, _ in sums) / size, sum(clipped for _, clipped in sums) / size
 
 
 def _view_rows(drop: Drop, name: str, done: int) -> dict[str, Any]:

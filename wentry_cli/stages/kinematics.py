@@ -122,15 +122,16 @@ def entry_motion(
 
     ``bottom`` defaults to ``y_b_m`` of ``side.csv``. The stages ``kinematics`` and ``model`` both come through here.
     """
-    side = read_table(folder, "side")
+    side, geometry = read_table(folder, "side"), first_row(folder, "geometry", view="side")
     return solve_entry_motion(
         column(side, "t_s"),
         bottom or (column(side, "y_b_m"), column(side, "y_b_m_unc")),
         stretch,
         drop.experiment.sphere.radius_m,
-        ballistic=_fall(side, first_row(folder, "geometry", view="side"), drop),
+        ballistic=_fall(side, geometry, drop),
         mode=drop.experiment.analysis.smoother,
         slow_s=_slow(folder, side, drop),
+        fixed_m=number(geometry, "surface_y_px_unc", 0.0) / number(geometry, "scale_px_per_m", math.inf),
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.tracking.sighting import Sighting
+from wentry_cli.tracking.tilt import identified_tilt
 
 SEPARATION_WINDOW = 2
 FIT_COLUMNS = {
@@ -59,8 +59,8 @@ def fit_columns(count: int, sightings: Sequence[Sighting]) -> dict[str, NDArray[
 def side_columns(count: int, sightings: Sequence[Sighting]) -> dict[str, Any]:
     """The pixel columns of side.csv."""
     columns: dict[str, Any] = {"frame": np.arange(count), **fit_columns(count, sightings)}
-    for name in ("bottom_local_y_px", "bottom_local_y_px_unc", "separation_y_px", "separation_y_px_unc", "tilt_deg"):
-        columns[name] = np.full(count, np.nan)
+    for name in ("bottom_local_y_px", "separation_y_px", "tilt_deg"):
+        columns[name], columns[f"{name}_unc"] = np.full(count, np.nan), np.full(count, np.nan)
     for item in sightings:
         if item.ok and item.bottom is not None and item.bottom.status == "ok":
             columns["bottom_local_y_px"][item.frame] = item.bottom.y_px
@@ -68,8 +68,8 @@ def side_columns(count: int, sightings: Sequence[Sighting]) -> dict[str, Any]:
         if item.ok and item.separation is not None and item.separation.status == "ok":
             columns["separation_y_px"][item.frame] = item.separation.y_px
             columns["separation_y_px_unc"][item.frame] = item.separation.y_unc_px
-        if item.ok and item.fit is not None and math.isfinite(item.fit.tilt_unc_deg):
-            columns["tilt_deg"][item.frame] = item.fit.tilt_deg
+        if item.ok and item.fit is not None:
+            columns["tilt_deg"][item.frame], columns["tilt_deg_unc"][item.frame] = identified_tilt(item.fit)
     columns["separation_y_px"] = _steady_separation(columns["separation_y_px"], columns["center_y_px"])
     columns["status"] = frame_status(count, sightings)
     return columns

@@ -80,6 +80,7 @@ def height_unc(
 ) -> NDArray[np.float64]:
     """Uncertainty of a height in m: that of the row, of the surface, and of the scales (see ``pixel_to_metre``).
 
+    The row of the surface is seen in air and moves all heights alike, in both media.
     A scale that both media share stretches the distance from the surface; two scales stretch those from the axis.
     """
     row = bottom[0]
@@ -87,7 +88,8 @@ def height_unc(
     scale = np.where(wet, scales.water, scales.air)
     by_air, by_water = scales.air_unc / scales.air**2, scales.water_unc / scales.water**2
     by_scale = (row - surface.y_px) * by_air
-    if scales.air != scales.water:
+    if (scales.air, scales.air_unc) != (scales.water, scales.water_unc):
         through_wall = np.hypot((surface.y_px - axis_px) * by_air, (row - axis_px) * by_water)
         by_scale = np.where(wet, through_wall, by_scale)
-    return np.asarray(np.sqrt((bottom[1] ** 2 + surface.unc_px**2) / scale**2 + by_scale**2))
+    by_surface = surface.unc_px / scales.air
+    return np.asarray(np.sqrt((bottom[1] / scale) ** 2 + by_surface**2 + by_scale**2))

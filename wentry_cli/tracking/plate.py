@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.imaging.background import Background
 from wentry_cli.tracking.flight import air_plan, both_ways
-from wentry_cli.tracking.follow import Plan, follow
+from wentry_cli.tracking.follow import Plan, Watch, follow
 from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.scale import PooledRadius
 from wentry_cli.tracking.sighting import Look, Sighting
 from wentry_cli.tracking.source import Frames
+from wentry_cli.tracking.tilt import Tilt
 from wentry_cli.tracking.wet_radius import constrain, pool_sightings
 
 CLEARANCE = 2.0
@@ -56,9 +57,10 @@ def track_plate(frames: Frames, ground: Background, seed: Path, scene: PlateScen
         for item in [item for item in dry if item.fit is not None and item.ok][-3:]:
             if item.fit is not None:
                 path.add(item.frame, item.fit.shape)
-        free = "x y stretch" if scene.deformable else "x y"
-        plan = _above_plate(frames, scene, free)
-        dry = [*dry, *follow(frames, ground, path, range(dry[-1].frame + 1, frames.count), plan)]
+        tilt = Tilt()
+        plan = _above_plate(frames, scene, tilt)
+        order = range(dry[-1].frame + 1, frames.count)
+        dry = [*dry, *follow(frames, ground, path, order, plan, Watch(tilt.hear))]
     return PlateTrack(dry, radius, max((_bottom(item) for item in dry), default=math.nan))
 
 
@@ -82,7 +84,8 @@ def _flying(frames: Frames, ground: Background, seed: Path, scene: PlateScene) -
     return seen
 
 
-def _above_plate(frames: Frames, scene: PlateScene, free: str) -> Plan:
+def _above_plate(frames: Frames, scene: PlateScene, tilt: Tilt) -> Plan:
+    free = "x y stretch" if scene.deformable else "x y"
     plan = air_plan(
         frames.shape, free=free, level=scene.level, exposure_frames=scene.exposure_frames, floor_px=scene.plate_px
     )
@@ -91,6 +94,7 @@ def _above_plate(frames: Frames, scene: PlateScene, free: str) -> Plan:
         planned = plan(index, guess, velocity)
         if isinstance(planned, str):
             return planned
-        return replace(planned, bottom=guess.bottom_y < scene.plate_px - CLEARANCE)
+        flying = guess.bottom_y < scene.plate_px - CLEARANCE
+        return replace(planned, bottom=flying, tilt_deg=tilt.value, tilt_unc_deg=tilt.unc)
 
     return look

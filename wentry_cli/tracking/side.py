@@ -133,14 +133,14 @@ class WetTracker:
                 path.radius = self._radius(self.plan.pilot).value
 
         start = replace(path)
-        watch = Watch(learn, self._reachable, wet=True)
+        watch = Watch(learn, self._reachable, self.scene.ceiling_px)
         seen = self._follow(path, order, watch)
         water = self.scene.radius_water if self.scene.radius_water.known else self._radius(seen)
         if not self.plan.known and water.known:
             # too few frames told the radius on the way: what they told together serves all of them
             start.radius = water.value
             self.plan = self.plan.restarted()
-            seen = self._follow(start, order, Watch(self.plan.learn, self._reachable, wet=True))
+            seen = self._follow(start, order, Watch(self.plan.learn, self._reachable, self.scene.ceiling_px))
             again = self._radius(seen)
             water = again if again.count >= water.count else water
         return seen, water, self.check
@@ -172,13 +172,14 @@ class WetTracker:
     def settle(self, seen: list[Sighting], water: PooledRadius) -> list[Sighting]:
         """Give all sightings the final radius.
 
-        What was seen before the radius was known is measured again, backwards from there, with the radius held; the
-        rest moves by its own sensitivity to the last digits of the radius.
+        What was seen before the radius was known, or before a tilt was, is measured again, backwards from there, with
+        both held; the rest moves by its own sensitivity to the last digits of the radius.
         """
-        last = self.plan.pilot[-1].frame if self.plan.pilot else -1
+        last = self.plan.pilot[-1].frame if self.plan.pilot and not self.scene.radius_water.known else -1
+        last = max(last, self.plan.tilt.harmful_before)
         start = next((index for index, item in enumerate(seen) if item.frame > last), len(seen))
         after = [item for item in seen[max(0, start - 1) : start + 12] if item.ok and item.fit is not None][:3]
-        if start == 0 or not after or self.scene.radius_water.known:
+        if start == 0 or not after:
             return constrain(seen, water, wet=True)
         path = Path(water.value, stiff=not self.scene.deformable)
         plan = self.plan.restarted()

@@ -6,19 +6,18 @@ import math
 from dataclasses import dataclass, replace
 
 from wentry_cli.contours.departure import NONE, Departure
-from wentry_cli.contours.ellipse import EllipseShape, SilhouetteFit
+from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.tracking.flight import leaves_frame, margin_of
 from wentry_cli.tracking.prediction import box_around
 from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius
 from wentry_cli.tracking.sighting import Look, Sighting
+from wentry_cli.tracking.tilt import Tilt
 from wentry_cli.tracking.wet_radius import tells_radius
 
 SHALLOWEST = 0.10
 FREE_EVERY = 6
 UNKNOWN_SEPARATION = 0.3
 LEAST_OBLATE = 0.05
-WORST_TILT = 2.0
-SMALLEST_TILT = 0.3
 HIGHEST_SEPARATION = -0.5
 DEEPEST_SEPARATION = 0.6
 
@@ -48,29 +47,6 @@ class SideScene:
     def floor_px(self) -> float:
         """The last row above the surface band."""
         return self.surface_px - self.band_px - 1.0
-
-
-class Tilt:
-    """The tilt of the ellipse in degrees, pooled over the fits that left it free; 0 until it is significant."""
-
-    def __init__(self) -> None:
-        """Start upright."""
-        self.weight = self.total = 0.0
-
-    def add(self, fit: SilhouetteFit | None) -> None:
-        """Take another fit into account, if it tells a tilt."""
-        if fit is not None and math.isfinite(fit.tilt_unc_deg) and fit.tilt_unc_deg < WORST_TILT:
-            weight = 1.0 / math.hypot(fit.tilt_unc_deg, 0.1) ** 2
-            self.weight += weight
-            self.total += weight * fit.tilt_deg
-
-    @property
-    def value(self) -> float:
-        """The tilt to hold."""
-        if self.weight == 0.0:
-            return 0.0
-        tilt = self.total / self.weight
-        return tilt if abs(tilt) > max(SMALLEST_TILT, 4.0 / math.sqrt(self.weight)) else 0.0
 
 
 class WetPlan:
@@ -106,7 +82,7 @@ class WetPlan:
         if fit is None or not sighting.ok:
             return
         self.sees_enough = tells_radius(fit)
-        self.tilt.add(sighting.free_fit)
+        self.tilt.hear(sighting)
         if not self.known and sighting.free_fit is not None:
             self.pilot.append(replace(sighting, wet=True))
         line = sighting.separation
@@ -119,13 +95,21 @@ class WetPlan:
         line = min(max(line, HIGHEST_SEPARATION), DEEPEST_SEPARATION)
         return max(guess.y + line * guess.semi_along, self.scene.ceiling_px)
 
+    def _whole_rigid(self, guess: EllipseShape) -> bool:
+        """Whether a rigid sphere is in the water to its middle.
+
+        A deformable sphere makes up for a wrong radius by its stretch and still agrees with the outline; a rigid one
+        does not, so that a radius from the air is never seen to tell enough.
+        """
+        return not self.scene.deformable and guess.y > self.scene.ceiling_px
+
     def __call__(self, index: int, guess: EllipseShape, velocity: tuple[float, float]) -> Look | str:
         """Decide on one frame."""
         if guess.bottom_y < self.scene.ceiling_px + SHALLOWEST * guess.radius:
             return "short_arc"
         if guess.bottom_y > self.frame_shape[0] - 2 or leaves_frame(guess, self.frame_shape):
             return "out_of_frame"
-        piloting = self.sees_enough and not self.known
+        piloting = not self.known and (self.sees_enough or self._whole_rigid(guess))
         free = "x y" + (" R" if piloting else "") + (" stretch" if self.scene.deformable else "")
         if piloting and self.scene.deformable and abs(guess.stretch - 1.0) > LEAST_OBLATE:
             free += " tilt"
@@ -140,5 +124,6 @@ class WetPlan:
             separation=True,
             also_free=self.again and self.known and index % FREE_EVERY == 0,
             tilt_deg=self.tilt.value,
+            tilt_unc_deg=self.tilt.unc,
             departure=self.departure,
         )

@@ -1,0 +1,29 @@
+"""Order statistics against those of NumPy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from wentry_cli.imaging.order_statistics import linear_quantile
+
+VALUES = st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=40)
+
+
+@given(values=VALUES, share=st.sampled_from([0.0, 0.3, 0.5, 0.95, 1.0]))
+@settings(max_examples=200, deadline=None)
+def test_quantile_of_few_values(values: list[float], share: float) -> None:
+    expected = np.quantile(values, share)
+    assert linear_quantile(np.array(values), len(values), share) == pytest.approx(expected, rel=1e-9, abs=1e-9)
+
+
+def test_quantile_of_many_values_with_an_outlier() -> None:
+    values = np.random.default_rng(3).normal(1.0, 0.01, 20_000)
+    values[7] = 40.0
+    assert linear_quantile(values, values.size, 0.3) == pytest.approx(np.quantile(values, 0.3), rel=1e-12)
+
+
+def test_no_value_has_no_quantile() -> None:
+    assert np.isnan(linear_quantile(np.empty(0), 0, 0.5))

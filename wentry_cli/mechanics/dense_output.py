@@ -1,0 +1,69 @@
+"""The solution inside a step: the polynomial of order 7 of Dormand–Prince 8(5,3), and where it passes a level."""
+
+from __future__ import annotations
+
+from wentry_cli.compiled import compiled
+from wentry_cli.mechanics.bergstrom_boyce import FloatArray, IntArray
+from wentry_cli.mechanics.tableau import DENSE_WEIGHTS, STAGES, STAGES_DENSE
+
+MOST_ITERATIONS = 60
+
+
+@compiled
+def prepare_dense(
+    ends: tuple[FloatArray, FloatArray], h: float, slopes: FloatArray, read: IntArray, dense: FloatArray
+) -> None:
+    """Coefficients for the components ``read`` of a step of length ``h`` between the states ``ends``."""
+    y, y_new = ends
+    for k in range(read.size):
+        c = read[k]
+        change = y_new[c] - y[c]
+        dense[0, c] = change
+        dense[1, c] = h * slopes[0, c] - change
+        dense[2, c] = 2.0 * change - h * (slopes[STAGES, c] + slopes[0, c])
+        w0, w1, w2, w3 = 0.0, 0.0, 0.0, 0.0
+        for j in range(STAGES_DENSE):
+            slope = slopes[j, c]
+            w0 += DENSE_WEIGHTS[0, j] * slope
+            w1 += DENSE_WEIGHTS[1, j] * slope
+            w2 += DENSE_WEIGHTS[2, j] * slope
+            w3 += DENSE_WEIGHTS[3, j] * slope
+        dense[3, c], dense[4, c], dense[5, c], dense[6, c] = h * w0, h * w1, h * w2, h * w3
+
+
+@compiled
+def interpolate(y: FloatArray, dense: FloatArray, c: int, theta: float) -> float:
+    """Component ``c`` of the solution at the fraction ``theta`` of the step that starts at ``y``."""
+    rest = 1.0 - theta
+    value = dense[6, c] * theta
+    value = (value + dense[5, c]) * rest
+    value = (value + dense[4, c]) * theta
+    value = (value + dense[3, c]) * rest
+    value = (value + dense[2, c]) * theta
+    value = (value + dense[1, c]) * rest
+    return float((value + dense[0, c]) * theta + y[c])
+
+
+@compiled
+def find_passage(
+    y: FloatArray, dense: FloatArray, c: int, level: float, span: tuple[float, float], accuracy: float
+) -> float:
+    """Fraction of the step, within ``span``, where component ``c`` passes ``level``; bracketed (Illinois)."""
+    low, high = span
+    f_low = interpolate(y, dense, c, low) - level
+    f_high = interpolate(y, dense, c, high) - level
+    if f_low == 0.0 or f_low * f_high > 0.0:
+        return low
+    for _ in range(MOST_ITERATIONS):
+        if f_high == 0.0 or abs(high - low) < 1e-15:
+            return high
+        middle = high - f_high * (high - low) / (f_high - f_low)
+        f_middle = interpolate(y, dense, c, middle) - level
+        if f_middle * f_high < 0.0:
+            low, f_low = high, f_high
+        else:
+            f_low *= 0.5
+        if abs(middle - high) < accuracy:
+            return middle
+        high, f_high = middle, f_middle
+    return high
