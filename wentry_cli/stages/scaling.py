@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.scaling.dimensionless import elastic_time
 from wentry_cli.scaling.regression import Regression, fit_line, fit_power_law
-from wentry_cli.stages.drop_tables import column
+from wentry_cli.stages.inputs.columns import column
 from wentry_cli.stages.summary import summary_of
 from wentry_cli.tables import new_table, write_table
 

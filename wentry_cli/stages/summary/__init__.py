@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wentry_cli.scaling import dimensionless
-from wentry_cli.stages.drop_forces import forces_table
-from wentry_cli.stages.drop_pinch_off import pinch_off_columns
-from wentry_cli.stages.drop_speeds import NO_SPEEDS, Speeds, impact_speed_alone, measured_speeds
-from wentry_cli.stages.drop_tables import Row, column, first_row, number, text
+from wentry_cli.stages.inputs.columns import Row, column, first_row, number, text
+from wentry_cli.stages.summary.forces import forces_table
+from wentry_cli.stages.summary.pinch_off import pinch_off_columns
+from wentry_cli.stages.summary.speeds import NO_SPEEDS, Speeds, impact_speed_alone, measured_speeds
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 
 if TYPE_CHECKING:

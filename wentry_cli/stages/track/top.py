@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.imaging.background import Background
-from wentry_cli.stages.clip import Clip
-from wentry_cli.stages.track_rows import fit_columns, frame_status
-from wentry_cli.stages.track_side import SideResult, exposure_frames, fitting_level
+from wentry_cli.stages.inputs.clip import Clip
+from wentry_cli.stages.track.rows import fit_columns, frame_status
+from wentry_cli.stages.track.side import SideResult, exposure_frames, fitting_level
 from wentry_cli.tables import vouched
 from wentry_cli.tracking.seed import find_seed
 from wentry_cli.tracking.sighting import Sighting

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wentry_cli.errors import TooFewMeasurementsError
-from wentry_cli.stages.clip import Clip, flat_field, open_clip
 from wentry_cli.stages.ingest import frame_rate
-from wentry_cli.stages.track_side import SideResult, measure_side
-from wentry_cli.stages.track_top import TopResult, measure_top
+from wentry_cli.stages.inputs.clip import Clip, flat_field, open_clip
+from wentry_cli.stages.track.side import SideResult, measure_side
+from wentry_cli.stages.track.top import TopResult, measure_top
 from wentry_cli.tables import new_table, write_table
 
 if TYPE_CHECKING:

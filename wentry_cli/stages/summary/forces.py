@@ -15,7 +15,8 @@ from wentry_cli.kinematics.forces import (
     period_force_coefficient,
     rigid_force_coefficient,
 )
-from wentry_cli.stages.drop_speeds import (
+from wentry_cli.stages.inputs.columns import Row, column, number
+from wentry_cli.stages.summary.speeds import (
     Speeds,
     bottom_at,
     preferred_sources,
@@ -24,7 +25,6 @@ from wentry_cli.stages.drop_speeds import (
     velocity_at,
     velocity_before_impact,
 )
-from wentry_cli.stages.drop_tables import Row, column, number
 from wentry_cli.tables import has_table, new_table, read_table
 
 if TYPE_CHECKING:
