@@ -22,9 +22,9 @@ fps_source | – | text | where the frame rate came from
 exposure_s | s | float | exposure of one frame
 scale_px_per_m | px/m | float | scale in air (top view: in the plane of the free surface)
 ±
-scale_water_px_per_m | px/m | float | scale of what is seen through the water
+scale_water_px_per_m | px/m | float | scale of what is seen through the water; empty without water and for the top view
 ±
-scale_source | – | text | given, diameter, wet_ellipse or how else each scale was found
+scale_source | – | text | how each scale was found: given, diameter or wet_ellipse
 surface_y_px | px | float | row of the undisturbed free surface (surface_impact: of the plate)
 ±
 radius_px | px | float | radius of the undeformed sphere in air

@@ -167,7 +167,10 @@ def test_a_free_flight_counts_from_its_first_frame(tmp_path: Path) -> None:
     assert (side.status == "ok").all()
     assert side.t_s.iloc[0] == 0.0
     assert side.y_b_m.iloc[0] == pytest.approx(-0.0255, rel=2e-3)
-    assert np.isnan(read_table(tmp_path / "out", "geometry").impact_time_s.iloc[0])
+    view = read_table(tmp_path / "out", "geometry").iloc[0]
+    assert np.isnan(view.impact_time_s)
+    assert np.isnan(view.scale_water_px_per_m)
+    assert view.scale_source == "diameter"
 
 
 def test_the_top_view_alone_tells_the_impact(tmp_path: Path) -> None:
