@@ -35,6 +35,7 @@ demo: $(STAMP) ## render configs/demo.yaml and analyse it: build/demo/results/re
 paper: $(STAMP) ## the same with the paper's 24 drops, configs/paper.yaml
 	$(BIN)/wentry render configs/paper.yaml -o build/paper/videos -j $(JOBS)
 	$(BIN)/wentry run build/paper/videos -o build/paper/results -j $(JOBS)
+	$(BIN)/wentry compare build/paper/results build/paper/videos
 
 test: $(STAMP) ## the tests (under 5 minutes on 2 cores)
 	$(BIN)/python -m pytest -n 2 --dist loadfile
@@ -45,7 +46,7 @@ check: $(STAMP) ## lint and types
 	$(BIN)/mypy
 
 accuracy: $(STAMP) ## slow accuracy sweeps, and docs/accuracy.md with them
-	$(BIN)/python -m pip install --quiet --editable ".[dev,peers]"
+	$(BIN)/python -m pip install --quiet --editable ".[dev,peers,fem]"
 	$(BIN)/python -m pytest -m slow
 	$(BIN)/wentry bench -o docs
 

@@ -17,12 +17,15 @@ def page() -> str:
         "never 0; `frame` counts from 0 in the clip, gaps included; `_unc` is a standard uncertainty (k = 1); "
         "times are of mid-exposure; heights are up positive, 0 at the undisturbed free surface.",
         "",
+        "A row whose `status` is `ok` has every cell filled but those whose column says here when it may be empty; "
+        "more on that in [conventions.md](conventions.md). Tables without a status promise nothing.",
+        "",
         "Status words: " + ", ".join(f"`{word}`" for word in STATUS_WORDS) + ".",
     ]
     for table in TABLES.values():
         parts += ["", f"## {table.name}.csv", f"Stage `{table.stage}`, a row per {table.row}.", ""]
-        parts += ["| column | unit | type | meaning |", "|---|---|---|---|"]
-        parts += [f"| `{c.name}` | {c.unit} | {c.kind} | {c.meaning} |" for c in table.columns]
+        parts += ["| column | unit | type | meaning | may be empty where `ok` |", "|---|---|---|---|---|"]
+        parts += [f"| `{c.name}` | {c.unit} | {c.kind} | {c.meaning} | {c.may_be_empty} |" for c in table.columns]
     return "\n".join(parts) + "\n"
 
 

@@ -1,7 +1,8 @@
 """The contract of the tables as text: a section a table, a line a column; ``schemas.py`` reads it.
 
 A section starts with ``# table | stage | what a row stands for``. A column is ``name | unit | kind | meaning``; a
-line ``±`` adds the standard uncertainty of the column above it, ``<name>_unc``.
+fifth part says when the cell may be empty in a row whose status is ``ok``: without it, it never is. A line ``±`` adds
+the standard uncertainty of the column above it, ``<name>_unc``, empty where that is or where a second part says.
 """
 
 COLUMNS = """
@@ -21,9 +22,9 @@ fps_source | – | text | where the frame rate came from
 exposure_s | s | float | exposure of one frame
 scale_px_per_m | px/m | float | scale in air (top view: in the plane of the free surface)
 ±
-scale_water_px_per_m | px/m | float | scale of what is seen through the water
+scale_water_px_per_m | px/m | float | scale of what is seen through the water; empty without water and for the top view
 ±
-scale_source | – | text | given, diameter, wet_ellipse or how else each scale was found
+scale_source | – | text | how each scale was found: given, diameter or wet_ellipse
 surface_y_px | px | float | row of the undisturbed free surface (surface_impact: of the plate)
 ±
 radius_px | px | float | radius of the undeformed sphere in air
@@ -51,19 +52,19 @@ center_x_px | px | float | centre of the ellipse, to the right
 center_y_px | px | float | centre of the ellipse, downwards
 radius_px | px | float | radius of the sphere of equal volume
 ±
-stretch | 1 | float | principal stretch λ; empty for a rigid sphere
+stretch | 1 | float | principal stretch λ | rigid sphere
 ±
 bottom_y_px | px | float | lowest point of the ellipse
 ±
-bottom_local_y_px | px | float | lowest point from the bottom of the outline alone
+bottom_local_y_px | px | float | lowest point from the bottom of the outline alone | bottom hidden, or free flight
 ±
 y_b_m | m | float | height of the lowest point above the undisturbed surface (negative below it)
 ±
 y_b_source | – | text | local or ellipse
-separation_y_px | px | float | row of the separation line
+separation_y_px | px | float | row of the separation line | no cavity yet, or no corner seen
 ±
-separation_y_m | m | float | height of the separation line
-tilt_deg | ° | float | tilt of the axis of revolution; positive moves the lower pole to the right
+separation_y_m | m | float | height of the separation line | where separation_y_px is
+tilt_deg | ° | float | tilt of the axis of revolution; positive: the lower pole to the right | nearly round, or rigid
 ±
 arc_fraction | 1 | float | share of the outline that was visible and used
 gated_fraction | 1 | float | share of the visible sectors left out of the fit
@@ -91,8 +92,8 @@ event | – | text | impact, dome_over, second_cavity, pinch_off
 index | 1 | int | number of the event of this kind, from 1
 t_s | s | float | time after impact
 ±
-y_m | m | float | height where it happens
-value | – | text | pinch_off: deep_seal, surface_seal or sphere_seal
+y_m | m | float | height where it happens; dome_over: of the rim, from the side view
+value | – | text | dome_over: the view; second_cavity: its number; pinch_off: deep_seal, surface_seal or sphere_seal
 status | – | text | ok, or why something in this row is not measured
 
 # stretch | stretch | frame
@@ -180,48 +181,50 @@ force_coefficient_hydro | 1 | float | hydrodynamic: weight and buoyancy added
 # summary | summary | drop
 drop | – | text | name of the drop
 kind | – | text | water_entry, surface_impact or free_flight
-condition | – | text | groups repeated drops
-repeat | – | text | which repeat
+condition | – | text | groups repeated drops | not given
+repeat | – | text | which repeat | not given
 sphere_id | – | text | groups drops of one sphere
 rigid | – | text | true or false
 diameter_m | m | float | undeformed diameter
 density_kg_m3 | kg/m³ | float | density of the sphere
-g_inf_pa | Pa | float | G∞ of the material
-impact_speed_m_s | m/s | float | U₀, measured, positive downwards
+g_inf_pa | Pa | float | G∞ of the material | rigid sphere
+impact_speed_m_s | m/s | float | U₀, measured, positive downwards | free flight, or filmed from the top only
 ±
-speed_from_height_m_s | m/s | float | √(2 g h), the cross-check
+speed_from_height_m_s | m/s | float | √(2 g h), the cross-check | height and speed not given
+± | not known
+acceleration_m_s2 | m/s² | float | free flight: constant acceleration, up positive | all but a free flight
 ±
-acceleration_m_s2 | m/s² | float | free flight: constant acceleration, up positive
+froude | 1 | float | U₀/√(gD) | where impact_speed_m_s is
 ±
-froude | 1 | float | U₀/√(gD)
+bond | 1 | float | ρ_w g D²/σ | no water
+± | not known
+reynolds | 1 | float | ρ_w U₀ D/μ | no water, or impact_speed_m_s empty
 ±
-bond | 1 | float | ρ_w g D²/σ
+stiffness_ratio | 1 | float | G∞/(ρ_w U₀²) | rigid sphere, no water, or impact_speed_m_s empty
 ±
-reynolds | 1 | float | ρ_w U₀ D/μ
+period_s | s | float | free period, first to second peak | rigid sphere, free flight
 ±
-stiffness_ratio | 1 | float | G∞/(ρ_w U₀²)
+time_ratio | 1 | float | T_exp/T_model | rigid sphere, free flight, or no model
+stretch_peak_1 | 1 | float | λ_p1 | rigid sphere, free flight, or fewer periods
+stretch_peak_2 | 1 | float | λ_p2 | rigid sphere, free flight, or fewer periods
+stretch_peak_3 | 1 | float | λ_p3 | rigid sphere, free flight, or fewer periods
+stretch_peak_4 | 1 | float | λ_p4 | rigid sphere, free flight, or fewer periods
+stretch_peak_5 | 1 | float | λ_p5 | rigid sphere, free flight, or fewer periods
+t_p_s | s | float | time of pinch-off after impact | no side view, no water
 ±
-period_s | s | float | free period, first to second peak
+y_p_m | m | float | height of pinch-off | where t_p_s is
+pinch_off_cavity | 1 | int | N of the cavity that pinches off | rigid sphere, seal not deep_seal, or t_p_s empty
+pinch_off_cavity_source | – | text | measured, or counted beyond the last period seen | where pinch_off_cavity is
+seal_type | – | text | deep_seal, surface_seal or sphere_seal | where t_p_s is
+diameter_eff_m | m | float | D_eff = λ_pN D | sphere_seal, surface_seal, or t_p_s empty
 ±
-time_ratio | 1 | float | T_exp/T_model
-stretch_peak_1 | 1 | float | λ_p1
-stretch_peak_2 | 1 | float | λ_p2
-stretch_peak_3 | 1 | float | λ_p3
-stretch_peak_4 | 1 | float | λ_p4
-stretch_peak_5 | 1 | float | λ_p5
-t_p_s | s | float | time of pinch-off after impact
+froude_eff | 1 | float | U₀/√(g D_eff) | where diameter_eff_m is
+tp_u0_over_d | 1 | float | t_p U₀/D | where t_p_s is
+tp_u0_over_deff | 1 | float | t_p U₀/D_eff | where diameter_eff_m is
+speed_after_period_m_s | m/s | float | U₁, positive downwards | rigid sphere, no side view, no water
+delta_u_over_u0 | 1 | float | (U₀ − U₁)/U₀ | where speed_after_period_m_s is
 ±
-y_p_m | m | float | height of pinch-off
-pinch_off_cavity | 1 | int | N of the cavity that pinches off; empty for a rigid sphere
-seal_type | – | text | deep_seal, surface_seal or sphere_seal
-diameter_eff_m | m | float | D_eff = λ_pN D
-froude_eff | 1 | float | U₀/√(g D_eff)
-tp_u0_over_d | 1 | float | t_p U₀/D
-tp_u0_over_deff | 1 | float | t_p U₀/D_eff
-speed_after_period_m_s | m/s | float | U₁, positive downwards
-delta_u_over_u0 | 1 | float | (U₀ − U₁)/U₀
-±
-velocity_source | – | text | kinematics or kinematics_model
+velocity_source | – | text | kinematics or kinematics_model | no side view, no water
 frames_measured | 1 | int | frames with status ok
 frames_total | 1 | int | frames in the clip
 status | – | text | ok, or why something in this row is not measured
@@ -234,34 +237,51 @@ slope | 1 | float | slope; of a power law its prefactor
 ±
 slope_low | 1 | float | lower end of the 95 % interval, the wider of two bootstraps: over drops, over spheres
 slope_high | 1 | float | upper end of it
-intercept | 1 | float | intercept, empty through the origin
-exponent | 1 | float | exponent of a power law
+intercept | 1 | float | intercept | through the origin, or a power law
+± | through the origin, or a power law
+exponent | 1 | float | exponent of a power law | all but a power law
 ±
 r_squared | 1 | float | share of the variance explained
 residual_scatter | 1 | float | standard deviation of the residuals
 n | 1 | int | number of drops
-paper_value | 1 | float | the paper's value
+paper_value | 1 | float | the paper's value | not in the paper
+left_out | – | text | drops that the relation is about and that take no part, with the reason | none
 status | – | text | ok, or why something in this row is not measured
 
 # materials | calibrate | material, sphere
 material | – | text | key of the material
-sphere_id | – | text | sphere it was measured on
+sphere_id | – | text | sphere it was measured on | not given
 diameter_m | m | float | diameter of that sphere
 g_inf_pa | Pa | float | G∞
+± | not known
+g_t_pa | Pa | float | G_T | from compression
+± | not fitted
+xi | 1 | float | ξ | from compression
+± | not fitted
+tau0_pa | Pa | float | τ₀ | from compression
+± | not fitted
+m | 1 | float | m | from compression
+± | not fitted
+n | 1 | float | n | from compression
 ±
-g_t_pa | Pa | float | G_T
+eps0_dot_1_s | 1/s | float | ε̇₀ | from compression
 ±
-xi | 1 | float | ξ
-±
-tau0_pa | Pa | float | τ₀
-±
-m | 1 | float | m
-±
-n | 1 | float | n
-±
-eps0_dot_1_s | 1/s | float | ε̇₀
-±
-correlation | 1 | float | correlation of ln ε̇₀ and n
+correlation | 1 | float | correlation of ln ε̇₀ and n | all but impact
 source | – | text | impact, compression or table
 status | – | text | ok, or why something in this row is not measured
+
+# compression | calibrate | material, point
+material | – | text | key of the material, as in materials.csv
+sphere_id | – | text | sphere it was measured on
+diameter_m | m | float | diameter of that sphere
+displacement_m | m | float | approach of the plates as it was measured
+force_n | N | float | force as it was measured
+force_model_n | N | float | G∞ D² f((d − zero)/D) with the fitted G∞ and zero; empty beyond half a diameter
+
+# calibration | calibrate | drop, time
+drop | – | text | drop
+sphere_id | – | text | sphere, whose drops were fitted together
+t_s | s | float | time after impact, from the first peak on
+stretch | 1 | float | λ of the calibrated model, with λ₀, λ_p at the peak and the shift of time of this drop
+stretch_viscous | 1 | float | λ_p of it
 """

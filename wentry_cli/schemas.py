@@ -33,12 +33,16 @@ STATUS_WORDS = (
 
 @dataclass(frozen=True)
 class Column:
-    """One column: ``kind`` is ``float``, ``int`` or ``text``; an empty cell means not measured."""
+    """One column: ``kind`` is ``float``, ``int`` or ``text``; an empty cell means not measured.
+
+    ``may_be_empty`` says when a row may be ``ok`` without it; where it says nothing, an ``ok`` row has it filled.
+    """
 
     name: str
     unit: str
     kind: str
     meaning: str
+    may_be_empty: str = ""
 
 
 @dataclass(frozen=True)
@@ -55,19 +59,27 @@ class Table:
         """The column names in the order of the file."""
         return [column.name for column in self.columns]
 
+    @property
+    def promised(self) -> list[str]:
+        """The columns that a row with status ``ok`` has filled; none where the table has no status."""
+        if "status" not in self.names:
+            return []
+        return [column.name for column in self.columns if not column.may_be_empty]
+
 
 def _table(section: str) -> Table:
     header, *lines = section.strip().splitlines()
     name, stage, row = (part.strip() for part in header.split("|"))
     columns: list[Column] = []
     for line in lines:
-        columns.append(_uncertainty(columns[-1]) if line == "±" else Column(*map(str.strip, line.split("|"))))
+        parts = [part.strip() for part in line.split("|")]
+        columns.append(_uncertainty(columns[-1], *parts[1:]) if parts[0] == "±" else Column(*parts))
     return Table(name, stage, row, tuple(columns))
 
 
-def _uncertainty(value: Column) -> Column:
+def _uncertainty(value: Column, may_be_empty: str = "") -> Column:
     meaning = f"standard uncertainty (k = 1) of {value.name}"
-    return Column(f"{value.name}_unc", value.unit, "float", meaning)
+    return Column(f"{value.name}_unc", value.unit, "float", meaning, may_be_empty or value.may_be_empty)
 
 
 TABLES = {table.name: table for table in map(_table, COLUMNS.strip().removeprefix("# ").split("\n# "))}

@@ -77,6 +77,18 @@ def new_table(name: str, columns: dict[str, Any]) -> pd.DataFrame:
     return _typed(frame.reindex(columns=table.names), table)
 
 
+def vouched(name: str, columns: dict[str, Any]) -> list[str]:
+    """The status words of a table, ``ok`` only where every cell that this word promises is filled.
+
+    Other rows that were said to be ``ok`` are ``not_identified``. ``KeyError`` where a promised column is missing.
+    """
+    import pandas as pd
+
+    full = ~pd.DataFrame({key: columns[key] for key in TABLES[name].promised}).replace("", None).isna().any(axis=1)
+    pairs = zip(columns["status"], full, strict=True)
+    return ["not_identified" if word == "ok" and not filled else str(word) for word, filled in pairs]
+
+
 def _typed(frame: pd.DataFrame, table: Table) -> pd.DataFrame:
     types = {column.name: _READ_TYPES[column.kind] for column in table.columns}
     return frame.astype(types)  # type: ignore[arg-type]

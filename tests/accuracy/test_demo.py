@@ -73,9 +73,13 @@ def test_every_number_of_a_drop_lies_within_three_uncertainties(errors: list[Com
 
 
 def test_seals_and_cavities_are_recognised(errors: list[Comparison]) -> None:
-    for quantity in ("seal_type", "pinch_off_cavity"):
-        for drop, line in _of(errors, "summary", quantity).items():
-            assert line.errors.largest == 0, (drop, quantity, line.note)
+    seals = _of(errors, "summary", "seal_type")
+    for drop, line in seals.items():
+        assert line.errors.largest == 0, (drop, line.note)
+    for drop, line in _of(errors, "summary", "pinch_off_cavity").items():
+        # where the contact line hovers at the depth of the seal nobody sees in which period it passed: then no number
+        silent = "sphere_seal" in seals[drop].note and line.note.startswith("–")
+        assert silent or line.errors.largest == 0, (drop, line.note)
 
 
 def _true_slopes(campaign: tuple[Path, Path]) -> dict[str, float]:

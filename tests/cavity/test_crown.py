@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from wentry_cli.cavity.crown import rim_width
+from wentry_cli.cavity.crown import find_rim
 from wentry_cli.imaging.patch import Patch
 
 
@@ -24,11 +24,23 @@ def crown(rim: float, *, height: int = 60, mouth: float = 80.0, droplet: bool = 
 
 @pytest.mark.parametrize("rim", [120.0, 60.0, 20.0])
 @pytest.mark.parametrize("droplet", [False, True])
-def test_width_at_the_rim(rim: float, droplet: bool) -> None:
-    assert rim_width(crown(rim, droplet=droplet), 140.0) == pytest.approx(rim, abs=3.0)
+def test_width_and_height_of_the_rim(rim: float, droplet: bool) -> None:
+    found = find_rim(crown(rim, droplet=droplet), 140.0)
+    assert found.status == "ok"
+    assert found.width_px == pytest.approx(rim, abs=3.0)
+    assert found.top_y_px == pytest.approx(10.0 + 119.0 - 60.0, abs=1.0)
 
 
-def test_nothing_over_the_axis_is_nan() -> None:
-    assert np.isnan(rim_width(Patch(np.ones((50, 80), np.float32)), 40.0))
-    assert np.isnan(rim_width(crown(60.0), 45.0))
-    assert np.isnan(rim_width(crown(60.0, height=2), 140.0))
+def test_nothing_over_the_axis_is_no_edge() -> None:
+    for patch, axis in (
+        (Patch(np.ones((50, 80), np.float32)), 40.0),
+        (crown(60.0), 45.0),
+        (crown(60.0, height=2), 140.0),
+    ):
+        found = find_rim(patch, axis)
+        assert found.status == "no_edge"
+        assert np.isnan([found.width_px, found.top_y_px]).all()
+
+
+def test_a_crown_that_reaches_beyond_the_picture_has_no_rim() -> None:
+    assert find_rim(crown(60.0, height=150), 140.0).status == "out_of_frame"

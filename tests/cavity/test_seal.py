@@ -14,10 +14,17 @@ FRAMES = 80
 STEP = 5e-4
 
 
-def scene(top: float = 400.0, cavity_top: Floats | float = 101.0) -> Scene:
+def scene(top: float = 400.0, apex: Floats | float = -40.0, dome_over_s: float = np.nan) -> Scene:
+    """A cavity whose apex is at the depth ``apex`` below a surface in row 100, whose band hides three rows."""
     time = (np.arange(FRAMES) - 10) * STEP
-    tops = np.full(FRAMES, cavity_top) if np.isscalar(cavity_top) else np.asarray(cavity_top)
-    return Scene(time, np.full(FRAMES, top), tops, 100.0, 60.0, 1e-4)
+    apexes = np.broadcast_to(np.asarray(apex, dtype=float), FRAMES)
+    tops = 100.0 + np.where(apexes < 2.5, 1.6, np.ceil(apexes))
+    return Scene(time, np.full(FRAMES, top), tops, apexes, 100.0, 60.0, 1e-4, 0.02, dome_over_s)
+
+
+def leaving(frame: float, speed: float = 0.5) -> Floats:
+    """Depth of an apex that leaves the surface at ``frame``, px a frame."""
+    return speed * (np.arange(FRAMES) - frame)
 
 
 def closing(closure: float, row: float, *, last: int | None = None, first: int = 20, seed: int = 0) -> NeckTrack:
@@ -47,16 +54,28 @@ def test_a_neck_on_the_top_of_the_sphere_is_a_sphere_seal() -> None:
 
 
 def test_a_cavity_that_leaves_the_surface_first_is_a_surface_seal() -> None:
-    tops = np.where(np.arange(FRAMES) < 45, 101.0, 100.0 + 3.0 * (np.arange(FRAMES) - 35.0))
-    seal = find_seal([closing(60.4, 250.0)], scene(cavity_top=tops))
-    assert (seal.value, seal.status) == ("surface_seal", "ok")
-    assert seal.t_s == pytest.approx((45 - 10) * STEP, abs=4.0 * STEP)
-    assert find_seal([], scene(cavity_top=tops)).value == "surface_seal"
+    for necks in ([closing(60.4, 250.0)], []):
+        seal = find_seal(necks, scene(apex=leaving(35.3)))
+        assert (seal.value, seal.status) == ("surface_seal", "ok")
+        assert seal.t_s == pytest.approx((35.3 - 10) * STEP, abs=0.5 * STEP)
+        assert abs(seal.t_s - (35.3 - 10) * STEP) < 2.0 * seal.t_unc_s
+        assert seal.y_px == 100.0
 
 
 def test_leaving_the_surface_after_the_closure_changes_nothing() -> None:
-    tops = np.where(np.arange(FRAMES) < 66, 101.0, 100.0 + 4.0 * (np.arange(FRAMES) - 50.0))
-    assert find_seal([closing(60.4, 250.0)], scene(cavity_top=tops)).value == "deep_seal"
+    assert find_seal([closing(60.4, 250.0)], scene(apex=leaving(66.0))).value == "deep_seal"
+
+
+def test_two_closures_at_once_have_no_order() -> None:
+    seal = find_seal([closing(60.4, 250.0)], scene(apex=leaving(60.0)))
+    assert (seal.value, seal.status) == ("", "not_identified")
+    assert np.isnan([seal.t_s, seal.t_unc_s, seal.y_px]).all()
+
+
+def test_a_surface_seal_needs_a_splash_that_has_domed_over() -> None:
+    early, late = ((frame - 10) * STEP for frame in (25.0, 50.0))
+    assert find_seal([], scene(apex=leaving(35.0), dome_over_s=early)).value == "surface_seal"
+    assert find_seal([], scene(apex=leaving(35.0), dome_over_s=late)).status == "not_identified"
 
 
 def test_a_clip_that_ends_first_gives_no_time() -> None:
@@ -66,11 +85,11 @@ def test_a_clip_that_ends_first_gives_no_time() -> None:
 
 
 def test_no_neck_says_so() -> None:
-    vanished = np.where(np.arange(FRAMES) < 60, 101.0, np.nan)
-    assert find_seal([], scene(cavity_top=vanished)).status == "no_neck"
+    vanished = np.where(np.arange(FRAMES) < 60, -40.0, np.nan)
+    assert find_seal([], scene(apex=vanished)).status == "no_neck"
     frames = np.arange(20, 50)
     steady = NeckTrack(frames, np.full(30, 250.0), np.full(30, 40.0), np.full(30, 0.05))
-    assert find_seal([steady], scene(cavity_top=vanished)).status == "no_neck"
+    assert find_seal([steady], scene(apex=vanished)).status == "no_neck"
 
 
 def test_a_cavity_that_is_open_to_the_end_has_not_closed_yet() -> None:
@@ -90,3 +109,20 @@ def test_a_neck_that_opens_again_has_not_closed() -> None:
     radius, rows = np.concatenate([track.radius_px, more]), np.full(frames.size, 250.0)
     seal = find_seal([NeckTrack(frames, rows, radius, np.full(frames.size, 0.05))], scene())
     assert seal.status != "ok"
+
+
+def test_what_is_seen_long_after_the_closure_is_not_the_neck() -> None:
+    track = closing(60.4, 250.0, last=64)
+    frames = np.concatenate([track.frame, np.arange(72, 78)])
+    radius, rows = np.concatenate([track.radius_px, np.full(6, 9.0)]), np.full(frames.size, 250.0)
+    seal = find_seal([NeckTrack(frames, rows, radius, np.full(frames.size, 0.05))], scene())
+    assert (seal.value, seal.status) == ("deep_seal", "ok")
+
+
+def test_the_noise_of_closed_frames_is_not_that_of_the_neck() -> None:
+    track = closing(60.4, 250.0, last=78)
+    kinked = track.radius_px + np.where(track.radius_px > 0.0, 0.5 * np.sin(track.frame), 0.0)
+    unc = np.where(track.radius_px > 0.0, 0.7, 0.0)
+    seal = find_seal([NeckTrack(track.frame, track.y_px, np.maximum(kinked, 0.0), unc)], scene())
+    assert seal.status == "ok"
+    assert abs(seal.t_s - (60.4 - 10) * STEP) < 3.0 * seal.t_unc_s

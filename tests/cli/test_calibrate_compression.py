@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from wentry_cli.mechanics.compression import compression_force
+from wentry_cli.tables import read_table
 
 
 def write_test(path, header="displacement_m,force_N"):
@@ -37,8 +38,19 @@ def test_a_failed_test_keeps_the_good_row(tmp_path, wentry):
     assert done.code == 0
     assert "left out for want of two finite numbers: line 42" in done.err
     before = (tmp_path / "r" / "materials.csv").read_bytes()
+    curve = read_table(tmp_path / "r", "compression")
+    assert len(curve) == 40
+    assert curve["force_model_n"].to_numpy() == pytest.approx(curve["force_n"].to_numpy(), abs=1e-4)
     (tmp_path / "short.csv").write_text("displacement_m,force_N\n0,0\n0.001,1\n0.002,2\n", encoding="utf-8")
     done = wentry("calibrate", "compression", tmp_path / "short.csv", *words)
     assert done.code == 5
     assert "the good row of an earlier calibration stays" in done.err
     assert (tmp_path / "r" / "materials.csv").read_bytes() == before
+    assert len(read_table(tmp_path / "r", "compression")) == 40
+
+
+def test_the_curve_of_a_sphere_replaces_its_earlier_one(tmp_path, wentry):
+    for material in ("soft", "hard", "soft"):
+        words = ("--diameter-m", "0.051", "--material", material, "-o", tmp_path / "r")
+        assert wentry("calibrate", "compression", write_test(tmp_path / "test.csv"), *words).code == 0
+    assert read_table(tmp_path / "r", "compression")["material"].tolist() == ["hard"] * 40 + ["soft"] * 40

@@ -11,7 +11,7 @@ import pytest
 
 from wentry_cli.errors import FrameUnreadableError
 from wentry_cli.frames import decoded, image_folder
-from wentry_cli.frames.decoded import decoded_once
+from wentry_cli.frames.decoded import decoded_once, found_once
 from wentry_cli.frames.formats import open_recording
 
 COUNT, SHAPE = 5, (24, 36)
@@ -99,3 +99,14 @@ def test_a_damaged_image_stays_one(folder: Path, tmp_path: Path) -> None:
             with pytest.raises(FrameUnreadableError):
                 open_recording(folder).read(2)
             np.testing.assert_array_equal(open_recording(folder).read(3), picture(3))
+
+
+def test_what_is_found_is_found_once_a_run(tmp_path: Path) -> None:
+    found: list[int] = []
+    for _ in range(2):
+        with decoded_once(tmp_path):
+            for key in ("a", "b", "a"):
+                found_once(key, lambda: found.append(0))
+    assert len(found) == 4
+    found_once("a", lambda: found.append(0))
+    assert len(found) == 5

@@ -10,7 +10,7 @@ BODY = Body(0.051, 1070.0, 998.0, 9.81)
 
 def test_rigid_coefficient_by_hand() -> None:
     speed, acceleration = np.array([-3.0]), np.array([20.0])
-    found = rigid_force_coefficient(speed, np.array([0.0]), acceleration, np.array([1.0]), BODY)
+    found = rigid_force_coefficient((speed, np.zeros(1)), (acceleration, np.ones(1)), BODY)
     volume = np.pi * 0.051**3 / 6
     area = 0.5 * 998 * 9 * np.pi * 0.051**2 / 4
     assert found.net[0] == pytest.approx(1070 * volume * 20 / area)
@@ -20,14 +20,14 @@ def test_rigid_coefficient_by_hand() -> None:
 
 def test_a_rigid_sphere_at_rest_has_no_coefficient() -> None:
     zero = np.zeros(1)
-    assert np.isnan(rigid_force_coefficient(zero, zero, zero, zero, BODY).net).all()
+    assert np.isnan(rigid_force_coefficient((zero, zero), (zero, zero), BODY).net).all()
 
 
 def test_a_period_of_constant_motion_equals_the_instantaneous_value() -> None:
     """Constant bottom speed and acceleration, λ_p = 1: the mean is the value of every instant."""
     ends = PeriodEnds(0.01, 0.03, -3.2, -2.8, -0.03, -0.09)
     mean = period_force_coefficient(ends, 1.0, 0.0, BODY)
-    instant = rigid_force_coefficient(np.array([-3.0]), np.zeros(1), np.array([20.0]), np.zeros(1), BODY)
+    instant = rigid_force_coefficient((np.array([-3.0]), np.zeros(1)), (np.array([20.0]), np.zeros(1)), BODY)
     assert mean.net == pytest.approx(instant.net[0])
     assert mean.hydrodynamic == pytest.approx(instant.hydrodynamic[0])
 
@@ -55,3 +55,13 @@ def test_uncertainties_are_those_of_a_monte_carlo() -> None:
     ]
     assert np.std([d.net for d in draws]) == pytest.approx(float(found.net_unc), rel=0.05)
     assert np.std([d.hydrodynamic for d in draws]) == pytest.approx(float(found.hydrodynamic_unc), rel=0.05)
+
+
+def test_a_scale_that_is_off_moves_both_coefficients_as_stated() -> None:
+    zero, off = np.zeros(1), 1e-4
+    true, wrong = (
+        rigid_force_coefficient((np.array([-3.0 * k]), zero), (np.array([20.0 * k]), zero), BODY, scale_unc=off)
+        for k in (1.0, 1.0 + off)
+    )
+    assert true.net_unc[0] == pytest.approx(abs(wrong.net[0] - true.net[0]), rel=1e-3)
+    assert true.hydrodynamic_unc[0] == pytest.approx(abs(wrong.hydrodynamic[0] - true.hydrodynamic[0]), rel=1e-3)

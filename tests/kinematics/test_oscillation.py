@@ -117,3 +117,29 @@ def test_what_the_frames_have_in_common_is_in_the_error_bar_of_a_peak() -> None:
         assert period.peak.common_unc == pytest.approx(common, rel=0.05)
         assert without.peak.common_unc < 0.5 * noise
         assert period.peak.time_unc_s < 3 * without.peak.time_unc_s
+
+
+@pytest.mark.parametrize("blind_s", [0.0065, 0.0085, 0.012, 0.018])
+def test_a_first_peak_behind_the_splash_keeps_its_number(blind_s: float) -> None:
+    clean = ringing(T)
+    clean[(T > 0.0) & (blind_s > T)] = np.nan
+    result = found(clean)
+    first_peak, second_peak = true_peaks()[:2]
+    seen = [p for p in result.periods if np.isfinite(p.peak.time_s)]
+    numbers = {p.number: p.peak.time_s for p in seen}
+    assert numbers[2] == pytest.approx(second_peak, abs=3e-4)
+    if 1 in numbers:
+        assert numbers[1] == pytest.approx(first_peak, abs=3e-4)
+        return
+    assert result.periods[0].status == "not_identified"
+    assert np.isnan(result.periods[0].peak.stretch)
+    assert result.periods[0].end_s == pytest.approx(0.03, abs=3e-4)
+    assert np.isnan(result.free_period_s[0])
+
+
+def test_a_whole_period_behind_the_splash_is_counted() -> None:
+    clean = ringing(T)
+    clean[(T > 0.0) & (T < 0.031)] = np.nan
+    result = found(clean)
+    assert next(p.number for p in result.periods if np.isfinite(p.peak.time_s)) == 2
+    assert np.isnan(result.periods[0].end_s)

@@ -121,3 +121,19 @@ def test_covariances_stay_positive_in_long_gaps() -> None:
     result = smooth(record, np.log([10.0, 2.0, 40.0, 5.0, 1.5]))
     spread = result.evaluate(np.linspace(0.0, 0.0995, 900))[1]
     assert np.all(np.diagonal(spread, axis1=1, axis2=2) > 0)
+
+
+@pytest.mark.parametrize("pixels", [1e-6, 1e-3, 1.0])
+def test_variances_stay_positive_however_small_the_noise(pixels: float) -> None:
+    """Noise and path sixteen decades apart in their squares, a jump in between, no process noise before it."""
+    t = (np.arange(300) - 40.3) / 2000
+    noise = pixels / 4000
+    after = np.maximum(t, 0.0)
+    y = -5.0 * t - 4.9 * t**2 + 100.0 * after**2 * np.exp(-after / 0.01)
+    seen = y + noise * np.random.default_rng(0).normal(size=t.size)
+    record = prepare(t, seen, np.full(t.size, noise**2), events_s=np.zeros(1), order=4, ballistic=Ballistic(-9.8, 0.0))
+    result = smooth(record, np.log([10.0, 2.0, 40.0, 50.0, 1.5]))
+    spread = result.evaluate(t)[1] / result.noise_scale**2
+    assert np.linalg.eigvalsh(spread[t >= 0.0]).min() > 0.0
+    assert np.all(spread[:, 0, 0] > 0.0)
+    assert np.all(spread[:, 0, 0] < 1.001 * noise**2)

@@ -129,6 +129,37 @@ def test_one_height_does_not_identify_however_narrow_its_interval(peaks):
     assert "other heights" in fit.warning
 
 
+def test_small_swings_of_unequal_size_identify_where_the_noise_is_small():
+    """The stiffest sphere of Table 1 swings by .05 to .11 from the paper's heights."""
+    truth = sphere(0)
+    small = fit_flow(truth, ringings(truth, np.random.default_rng(6), peaks=(1.12, 1.16, 1.24), noise=2e-5))
+    assert small.status == "ok"
+    assert np.abs(scores(small, truth)) == pytest.approx(0.0, abs=4.0)
+    noisy = fit_flow(truth, ringings(truth, np.random.default_rng(6), peaks=(1.12, 1.16, 1.24), noise=5e-3))
+    assert noisy.status == "not_identified"
+
+
+def test_doubt_about_the_modulus_is_in_the_uncertainty():
+    truth = sphere(1)
+    drops = ringings(truth, np.random.default_rng(7), noise=5e-4)
+    wrong = Material(**{**truth.__dict__, "g_inf_pa": 1.02 * truth.g_inf_pa})
+    sure, unsure = fit_flow(wrong, drops), fit_flow(wrong, drops, g_inf_unc_pa=0.02 * truth.g_inf_pa)
+    assert np.max(np.abs(scores(sure, truth))) > 5.0
+    assert np.abs(scores(unsure, truth)) == pytest.approx(0.0, abs=2.5)
+    assert unsure.material == sure.material
+
+
+def test_residuals_that_are_alike_widen_the_intervals():
+    truth = sphere(1)
+    drops = ringings(truth, np.random.default_rng(8), noise=0.0)
+    noise = np.random.default_rng(9).standard_normal((2, 400)) * 2e-3
+    wide, narrow = (
+        fit_flow(truth, [Ringing(d.times_s, d.stretch + extra[: d.times_s.size], d.stretch_unc + 2e-3) for d in drops])
+        for extra in (np.convolve(noise[0], np.ones(6) / np.sqrt(6.0), "same"), noise[1])
+    )
+    assert wide.n_unc > 1.5 * narrow.n_unc
+
+
 def test_data_without_damping_are_not_identified():
     truth = sphere(1)
     elastic = Material(**{**truth.__dict__, "g_t_pa": 0.0})

@@ -13,6 +13,23 @@ def test_curve_agrees_with_finite_elements(x, expected):
     assert compression_force(x) == pytest.approx(expected, rel=2e-3)
 
 
+def test_the_script_that_made_the_curve_agrees_with_it():
+    pytest.importorskip("skfem", reason="the finite elements need the extra fem: pip install 'wentry[fem]'")
+    from wentry_cli.bench.compression_fem import solve_compression
+
+    x = np.array([0.1, 0.2, 0.4])
+    assert compression_force(x) == pytest.approx(solve_compression(x, refinements=3, local=2), rel=2e-3)
+
+
+@pytest.mark.slow
+def test_the_curve_is_good_to_a_thousandth_of_the_finest_elements():
+    pytest.importorskip("skfem", reason="the finite elements need the extra fem: pip install 'wentry[fem]'")
+    from wentry_cli.bench.compression_fem import solve_compression
+
+    x = np.array([0.002, 0.005, 0.01, 0.02, 0.05, 0.1])
+    assert compression_force(x) == pytest.approx(solve_compression(x, refinements=3, local=6), rel=1.5e-3)
+
+
 def test_curve_runs_into_hertz():
     x = np.array([1e-6, 1e-5])
     assert compression_force(x) == pytest.approx(4 / 3 * x**1.5, rel=2e-3)

@@ -24,6 +24,14 @@ def test_equations_are_numbered_in_order():
     assert cited <= set(numbers)
 
 
+def test_every_equation_names_its_function():
+    body = TEXT.split("## The period")[0]
+    blocks = re.split(r"^\*\*\((\d+)\)\*\*", body, flags=re.MULTILINE)
+    assert len(blocks) > 50
+    silent = [number for number, text in zip(blocks[1::2], blocks[2::2], strict=True) if ".py:" not in text]
+    assert silent == []
+
+
 def test_all_misprints_are_listed():
     rows = re.findall(r"^\| (\d+) \|", TEXT, flags=re.MULTILINE)
     assert [int(row) for row in rows] == list(range(1, 18))

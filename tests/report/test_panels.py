@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 from fixture_campaign import CAMPAIGN, Made, write_campaign
 from matplotlib.figure import Figure
@@ -29,6 +28,7 @@ from wentry_cli.report.theory import added_mass_prefactor, published_pinch_off_b
 from wentry_cli.report.velocity_panels import speed_groups
 from wentry_cli.report.words import MEANINGS
 from wentry_cli.schemas import STATUS_WORDS
+from wentry_cli.tables import new_table
 
 
 @pytest.fixture(scope="module")
@@ -101,6 +101,38 @@ def test_example_drop_is_the_one_nearest_to_the_papers(panels: list[Panel]) -> N
     assert {panel.drop for panel in panels if panel.key in {"3c", "3d", "4d"}} == {"g6p9_d51_h153"}
 
 
+def test_compression_test_is_drawn_with_its_curve(campaign: Campaign) -> None:
+    d = np.linspace(0.0, 0.01, 30)
+    points = {
+        "material": ["soft"] * 30,
+        "sphere_id": [None] * 30,
+        "displacement_m": d,
+        "force_n": d,
+        "force_model_n": 2 * d,
+    }
+    tested = replace(campaign, compression=new_table("compression", points))
+    panel = next(panel for panel in campaign_panels(tested) if panel.key == "11")
+    assert isinstance(panel, Panel)
+    figure = Figure()
+    panel.draw(figure)
+    measured, line = figure.axes[0].get_lines()
+    assert measured.get_ydata() == pytest.approx(d)
+    assert line.get_ydata() == pytest.approx(2 * d)
+    assert line.get_xdata() == pytest.approx(1e3 * d)
+
+
+def test_the_line_of_a_calibrated_drop_is_its_fit(campaign: Campaign) -> None:
+    impact = campaign.of("surface_impact")[0]
+    columns = {"drop": [impact.name] * 3, "t_s": [0.0, 0.01, 0.02], "stretch": [1.3, 0.9, 1.1]}
+    fitted = replace(campaign, calibration=new_table("calibration", columns))
+    drawn = [panel for panel in campaign_panels(fitted) if isinstance(panel, Panel) and panel.key == "12b"]
+    data = next(panel.data for panel in drawn if impact.name in set(panel.data["drop"]))
+    line = data[(data["drop"] == impact.name) & (data["series"] == "model, calibrated")]
+    assert line["t_ms"].tolist() == pytest.approx([0.0, 10.0, 20.0])
+    assert line["stretch"].tolist() == [1.3, 0.9, 1.1]
+    assert "joint fit" in drawn[0].caption
+
+
 def test_fit_line_of_the_period_is_the_table_s_slope(panels: list[Panel]) -> None:
     data = next(panel for panel in panels if panel.key == "4b").data
     fit = data[data["series"] == "fit experiment"].iloc[-1]
@@ -169,14 +201,12 @@ def test_sphere_seal_has_no_effective_diameter(panels: list[Panel]) -> None:
     assert "sphere_seal" not in set(keys["6b"]["seal_type"].dropna())
 
 
-def test_the_uncertainty_of_a_peak_is_in_the_bars_of_the_effective_diameter(campaign: Campaign) -> None:
+def test_the_uncertainty_of_the_effective_diameter_is_in_its_bars(campaign: Campaign) -> None:
     drop = next(d for d in campaign.drops if d.deformable_entry and math.isfinite(d.number("tp_u0_over_deff")))
-    periods = drop.table("periods")
     numbers = []
     for relative in (0.0, 0.05):
-        doubtful = periods.assign(stretch_peak_unc=relative * pd.to_numeric(periods["stretch_peak"]))
-        changed = replace(drop, tables={**drop.tables, "periods": doubtful})
-        numbers.append(_numbers("froude_eff", "tp_u0_over_deff")(changed))
+        doubtful = {**drop.summary, "diameter_eff_m_unc": relative * drop.number("diameter_eff_m")}
+        numbers.append(_numbers("froude_eff", "tp_u0_over_deff")(replace(drop, summary=doubtful)))
     sure, doubt = numbers
     for name, power in (("froude_eff", 0.5), ("tp_u0_over_deff", 1.0)):
         added = power * 0.05 * sure[name]

@@ -5,13 +5,15 @@ import dataclasses
 import numpy as np
 import pytest
 
+from tests.promises import broken_promises
 from wentry_cli.config.campaign import Drop
 from wentry_cli.config.materials import find_material, packaged_config
 from wentry_cli.config.models import Experiment
 from wentry_cli.errors import ConfigurationError, InputError, TooFewMeasurementsError
 from wentry_cli.mechanics.compression import compression_force
 from wentry_cli.mechanics.solver import find_period, solve_oscillation
-from wentry_cli.stages.calibrate import calibrate_compression, calibrate_impact, read_compression
+from wentry_cli.stages.calibrate import calibrate_impact
+from wentry_cli.stages.calibrate.compression import calibrate_compression, read_compression
 from wentry_cli.stages.model import sphere_material
 from wentry_cli.tables import new_table, read_table, write_table
 
@@ -51,6 +53,7 @@ def test_three_heights_recover_the_flow(tmp_path):
     row = read_table(tmp_path, "materials").iloc[0]
     truth = drops[0].material
     assert row["status"] == "ok"
+    assert broken_promises(tmp_path, "materials") == []
     assert row["source"] == "impact"
     assert row["sphere_id"] == "S5"
     assert abs(row["n"] - truth.n) < 4 * row["n_unc"]
@@ -59,6 +62,12 @@ def test_three_heights_recover_the_flow(tmp_path):
     assert 0.98 < row["correlation"] < 1.0
     again = drops[0].with_calibration(tmp_path).material
     assert again.n == pytest.approx(row["n"])
+    curve = read_table(tmp_path, "calibration")
+    for drop in drops:
+        seen, fitted = read_table(tmp_path / drop.name, "stretch"), curve[curve["drop"] == drop.name]
+        after = seen[seen["t_s"] >= fitted["t_s"].iloc[0]]
+        misfit = after["stretch"] - np.interp(after["t_s"], fitted["t_s"], fitted["stretch"])
+        assert np.sqrt(np.mean(misfit**2)) == pytest.approx(0.004, rel=0.1)
 
 
 def test_modulus_of_a_compression_test_is_used(tmp_path):
@@ -136,6 +145,7 @@ def test_compression_gives_the_modulus_in_either_unit(tmp_path, unit, factor):
     row = read_table(tmp_path, "materials").iloc[0]
     assert row["g_inf_pa"] == pytest.approx(6900.0, rel=1e-4)
     assert (row["material"], row["source"], row["status"]) == (KEY, "compression", "ok")
+    assert broken_promises(tmp_path, "materials") == []
     assert np.isnan(row["n"])
 
 

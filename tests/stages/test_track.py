@@ -96,6 +96,22 @@ def test_a_wall_before_the_water_is_found(tmp_path: Path) -> None:
     assert rms(found["y_b"][found["ok"]]) < 2 * CLEAN_Y_B_PX
 
 
+def test_a_rigid_sphere_behind_a_wall_is_measured_with_the_scale_of_the_water(tmp_path: Path) -> None:
+    sphere = {"diameter_m": 0.051, "material": "rigid"}
+    side = {"width": 288, "height": 480, "scale_px_per_m": 2400.0, "surface_y_px": 150.25}  # 3.7 px of radius apart
+    clip = {"before_s": 0.006, "longest_s": 0.035}
+    folder = render(tmp_path / "drop", sphere=sphere, side=side, switches={"wet_scale": 1.06}, clip=clip)
+    drop, error = measure(folder, tmp_path / "out")
+    assert error is None
+    assert not drop.experiment.deformable
+    geometry = read_table(tmp_path / "out", "geometry").iloc[0]
+    said = truth(folder)[1]
+    assert geometry.scale_water_px_per_m == pytest.approx(said["scale_water_px_per_m"], rel=1e-3)
+    found = errors_px(folder, tmp_path / "out")
+    assert found["ok"].mean() > 0.95
+    assert np.sqrt(np.nanmean(found["y_b"][found["ok"]] ** 2)) < 0.1
+
+
 def test_a_drop_on_a_plate(tmp_path: Path) -> None:
     side = SIDE | {"surface_y_px": 200.375}
     folder = render(tmp_path / "drop", kind="surface_impact", side=side)
@@ -151,7 +167,10 @@ def test_a_free_flight_counts_from_its_first_frame(tmp_path: Path) -> None:
     assert (side.status == "ok").all()
     assert side.t_s.iloc[0] == 0.0
     assert side.y_b_m.iloc[0] == pytest.approx(-0.0255, rel=2e-3)
-    assert np.isnan(read_table(tmp_path / "out", "geometry").impact_time_s.iloc[0])
+    view = read_table(tmp_path / "out", "geometry").iloc[0]
+    assert np.isnan(view.impact_time_s)
+    assert np.isnan(view.scale_water_px_per_m)
+    assert view.scale_source == "diameter"
 
 
 def test_the_top_view_alone_tells_the_impact(tmp_path: Path) -> None:
@@ -195,7 +214,9 @@ def test_a_clip_that_ends_before_the_surface(short: Path, tmp_path: Path) -> Non
     assert isinstance(error, TooFewMeasurementsError)
     side = read_table(tmp_path, "side")
     assert len(side) == 8
-    assert (side.status == "ok").all()
+    assert side.center_y_px.notna().all()
+    assert side.t_s.isna().all()
+    assert (side.status == "not_identified").all()  # without the impact a row has no time
 
 
 def test_a_video_without_a_sphere(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.synthetic.drops import make_scene
+from tests.synthetic.drops import VERY_SOFT, make_scene
 from wentry_cli.synthetic.campaign import plan_scene
 from wentry_cli.synthetic.side_view import find_core_share, see_instant
 from wentry_cli.synthetic.truth import find_necks, find_separation
@@ -106,3 +106,29 @@ def test_a_sucking_dome_pulls_the_cavity_off_the_surface():
         assert after == 0.0 <= before < 2e-4
     tops = [float(cavity.depth[np.argmax(cavity.wall(cavity.t_p_s + s) > 0.0)]) for s in (0.001, 0.005, 0.01, 0.02)]
     assert np.all(np.diff(tops) > 1e-4)
+
+
+@pytest.mark.parametrize(
+    ("height_m", "physics", "seal"),
+    [
+        (1.53, {}, "deep_seal"),
+        (1.53, {"dome_suction": 0.4}, "sphere_seal"),
+        (2.27, {"dome_suction": 0.2}, "sphere_seal"),
+        (2.27, {"loading_rate": 0.3, "drag": 1.6}, "sphere_seal"),
+    ],
+)
+def test_the_seal_is_the_first_time_at_which_nothing_is_open_above_the_sphere(height_m, physics, seal):
+    """A ring that closed on the sphere seals when the sphere has sunk out of it, not before and not later."""
+    sphere = {"diameter_m": 0.051, "law": VERY_SOFT, "material": "very_soft"}
+    course = plan_scene(make_scene(sphere=sphere, height_m=height_m, physics=physics))[0]
+    cavity = course.cavity
+    assert cavity.seal_type == seal
+
+    def narrowest(t):
+        now = see_instant(course, t)
+        above = -now.depth > now.y_c_m + course.motion.radius_m / now.stretch**2
+        return now.wall[above].min() if above.any() else np.inf
+
+    before = [narrowest(t) for t in np.linspace(0.2 * cavity.t_p_s, cavity.t_p_s - 1e-4, 200)]
+    assert min(before) > 0.0
+    assert narrowest(cavity.t_p_s + 1e-4) == 0.0

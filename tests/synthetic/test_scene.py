@@ -99,6 +99,13 @@ def test_the_paper_has_its_twenty_four_drops():
     assert len(off_model) == len(soft) // 2
 
 
+def test_the_calibration_has_the_six_spheres_of_table_1_at_three_heights():
+    scenes = load_scenes(CONFIGS / "calibration.yaml")
+    assert {s.kind for s in scenes} == {"surface_impact"}
+    pairs = {(s.sphere.id, s.height_m) for s in scenes}
+    assert pairs == {(f"S{k}", height) for k in range(1, 7) for height in (0.53, 1.53, 2.27)}
+
+
 def test_numbers_as_everybody_writes_them_and_no_aliases(tmp_path):
     text = "drops:\n- {name: a, height_m: 1, sphere: {diameter_m: 5e-2}, side: &v "
     text += "{width: 64, height: 64, scale_px_per_m: 2e2}"

@@ -45,3 +45,9 @@ def test_no_sphere_no_seed() -> None:
 def test_what_has_left_the_frame() -> None:
     assert leaves_frame(EllipseShape(80.0, 210.0, 24.0), SHAPE)
     assert not leaves_frame(EllipseShape(80.0, 10.0, 24.0), SHAPE)
+
+
+def test_a_path_starts_where_the_whole_sphere_is_seen(fall: FrameArray) -> None:
+    seed = find_seed(fall, ground_of(fall), range(36))
+    assert seed is not None
+    assert RADIUS < falling(seed.frames[0]).center_y_px < SHAPE[0] - RADIUS

@@ -68,6 +68,20 @@ def test_a_lost_sphere_is_found_again_in_the_whole_frame() -> None:
     frames, ground = scene()
     values = np.stack([frames.read(k) for k in range(20)])
     values[4:9] = np.round(ground.level).astype(values.dtype)
-    seen = follow(FrameArray(values), ground, start(), range(20), air_plan(SHAPE), Watch(wet=True))
+    seen = follow(FrameArray(values), ground, start(), range(20), air_plan(SHAPE), Watch(search_from_px=0.0))
     assert not any(item.ok for item in seen[4:9])
     assert sum(item.ok for item in seen[9:]) >= 10
+
+
+def test_a_sphere_that_was_held_back_out_of_sight_is_found_where_it_is() -> None:
+    def slowed(frame: int) -> StillBody:
+        return body(frame) if frame < 4 else StillBody(80.0, body(3).center_y_px + 0.5 * (frame - 3), RADIUS)
+
+    frames = clip(slowed, 24)
+    ground = ground_of(clip(body, 24))
+    values = np.stack([frames.read(k) for k in range(24)])
+    values[4:12] = np.round(ground.level).astype(values.dtype)
+    seen = follow(FrameArray(values), ground, start(), range(24), air_plan(SHAPE), Watch(search_from_px=0.0))
+    found = {item.frame: item.fit for item in seen if item.ok and item.frame >= 12}
+    assert len(found) >= 10
+    assert all(abs(fit.center_y_px - slowed(k).center_y_px) < 0.1 for k, fit in found.items() if fit)

@@ -67,3 +67,18 @@ def test_a_circle_that_does_not_agree_with_itself_is_occluded() -> None:
     judged = judge_rings(frames, ground, seen)
     assert judged[5].status == "occluded"
     assert all(item.ok for item in judged if item.frame != 5)
+
+
+def test_the_grey_floor_of_a_cavity_is_no_ring() -> None:
+    bare, values = ringed({})
+    rows, columns = np.indices(SHAPE)
+    away = np.hypot(columns - CENTRE[0], rows - CENTRE[1])
+    floor = 1.0 - 0.35 * cv2.GaussianBlur((away < 65.0).astype(float), (0, 0), 1.0)
+    for frame in range(10, 40):
+        values[frame] = np.round(values[frame] * floor)
+    frames, ground = FrameArray(values), ground_of(bare)
+    seed = find_seed(frames, ground, range(0, 10, 2))
+    assert seed is not None
+    good = {item.frame: item.fit for item in track_top(frames, ground, seed) if item.ok}
+    assert set(range(40)) <= set(good)
+    assert max(abs(good[k].radius_px - RADIUS) for k in range(10, 40)) < 0.03

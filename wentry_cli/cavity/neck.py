@@ -73,9 +73,9 @@ class _OpenTrack:
         rows = [neck.y_px for neck in self.necks[-8:]]
         if len(rows) < 4:
             return rows[-1]
-        slope, offset = np.polyfit(np.array(self.frame[-8:]) - self.frame[-1], rows, 1)
+        offset, slope = _line([at - self.frame[-1] for at in self.frame[-8:]], rows)
         ahead = min(frame - self.frame[-1], MAX_GAP_FRAMES)
-        return float(offset + np.clip(slope, -4.0, 4.0) * ahead)
+        return offset + min(max(slope, -4.0), 4.0) * ahead
 
     def misfit(self, frame: int, neck: Neck) -> float:
         """Distance of ``neck`` from this track in units of what may change, infinite beyond it."""
@@ -88,6 +88,14 @@ class _OpenTrack:
         off_y = abs(neck.y_px - self.foretell(frame)) / reach_y
         off_r = abs(neck.radius_px - radius) / reach_r
         return float(np.hypot(off_y, off_r)) if max(off_y, off_r) <= 1.0 else np.inf
+
+
+def _line(at: Sequence[int], values: Sequence[float]) -> tuple[float, float]:
+    """Value at 0 and slope of the least-squares line: for eight numbers faster than arrays."""
+    middle, mean = sum(at) / len(at), sum(values) / len(values)
+    away = [place - middle for place in at]
+    slope = sum(a * (v - mean) for a, v in zip(away, values, strict=True)) / sum(a * a for a in away)
+    return mean - slope * middle, slope
 
 
 class NeckFollower:

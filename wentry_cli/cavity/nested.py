@@ -73,10 +73,9 @@ def _with_height(start: CavityStart, t_s: Floats, separation_y_m: Floats) -> Cav
     return CavityStart(start.t_s, start.t_unc_s, float(np.interp(start.t_s, time, height)), start.status)
 
 
-def wall_numbers(y_m: Floats, t_s: float, starts: list[CavityStart]) -> NDArray[np.int64]:
-    """Return which wall each height belongs to at ``t_s``: 1 the outer, k + 1 below where nested cavity k starts."""
+def wall_numbers(y_m: Floats, t_s: Floats | float, starts: list[CavityStart]) -> NDArray[np.int64]:
+    """Return which wall each height belongs to at its time: 1 the outer, k + 1 below where nested cavity k starts."""
     number = np.ones(y_m.size, dtype=np.int64)
     for order, start in enumerate(starts):
-        if np.isfinite(start.y_m) and t_s > start.t_s:
-            number[y_m < start.y_m] = order + 2
+        number[(y_m < start.y_m) & (t_s > start.t_s)] = order + 2  # no height is below an unknown one
     return number

@@ -15,8 +15,9 @@ from wentry_cli.imaging.order_statistics import linear_quantile
 from wentry_cli.imaging.patch import Patch
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int32]
 
-SURFACE_ROWS = 12  # where the surface band may reach
+SURFACE_ROWS = 12  # where the surface band may reach, and a cavity that has left it is still followed
 RIM_PX = 3  # a row that is dark up to the rim of the patch belongs to the surface band
 FAINTEST = 0.25  # of the contrast: what is darker than that belongs to a wall, however thin
 DARKEST_USEFUL = 0.75  # a wall brighter than this is no wall
@@ -150,17 +151,30 @@ def _silhouette(
 ) -> tuple[DarkParts, NDArray[np.bool_]]:
     """Return the dark components and which of them make up sphere and cavity."""
     parts = find_dark_parts(values, level)
-    keep = np.zeros(len(parts.boxes), np.bool_)
-    if keep.size == 0:
-        return parts, keep
     axis = int(np.clip(round(sphere.x_px) - x0, 0, values.shape[1] - 1))
     reach = max(int(0.35 * sphere.across_px), 2)
     equator = int(np.clip(round(sphere.y_px) - y0, 0, values.shape[0] - 1))
-    foot = (parts.row >= equator - 3) & (parts.row <= equator)
-    inside = np.minimum(parts.last, axis + 3 * reach) - np.maximum(parts.first, axis - 3 * reach) + 1
-    counts = np.bincount(parts.label[foot], np.maximum(inside[foot], 0), minlength=keep.size)
-    keep[int(np.argmax(counts))] = counts.max() > 0
-    left, top, right, bottom, _area = parts.boxes.T
-    spans_axis = (left <= axis) & (axis <= right) & (right - left + 1 >= reach)
-    keep |= spans_axis & (top <= 2) & (bottom - top + 1 >= 4)
-    return parts, keep
+    return parts, _belongs((parts.row, parts.first, parts.last, parts.label), parts.boxes, (axis, reach, equator))
+
+
+@compiled
+def _belongs(runs: tuple[Ints, Ints, Ints, Ints], boxes: Ints, sphere: tuple[int, int, int]) -> NDArray[np.bool_]:
+    """Tell which parts hold most of the sphere's rows above its equator, or reach from the surface over its axis.
+
+    ``sphere`` is the column of its axis, the width that counts and the row of its equator.
+    """
+    axis, reach, equator = sphere
+    keep, counts = np.zeros(boxes.shape[0], np.bool_), np.zeros(boxes.shape[0], np.int64)
+    for run in range(runs[0].size):
+        if equator - 3 <= runs[0][run] <= equator:
+            inside = min(runs[2][run], axis + 3 * reach) - max(runs[1][run], axis - 3 * reach) + 1
+            counts[runs[3][run]] += max(inside, 0)
+    best = 0
+    for part in range(boxes.shape[0]):
+        best = part if counts[part] > counts[best] else best
+        left, top, right, bottom = boxes[part, 0], boxes[part, 1], boxes[part, 2], boxes[part, 3]
+        spans_axis = left <= axis <= right and right - left + 1 >= reach
+        keep[part] = spans_axis and top <= SURFACE_ROWS and bottom - top + 1 >= 4
+    if keep.size and counts[best] > 0:
+        keep[best] = True
+    return keep

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.cavity.detachment import Detachment, find_detachment, hidden_rows
 from wentry_cli.cavity.neck import NeckTrack
 from wentry_cli.cavity.pinch_off import ClosureFit, fit_closure
 
@@ -16,11 +17,12 @@ Floats = NDArray[np.float64]
 CLOSEST_RADIUS_PX = 1.5  # blur hides a gap of three pixels
 AT_SPHERE = 0.12  # in radii of the sphere: a neck so close above its top closes on it
 EDGE_MODEL_PX = 0.05  # what blur and the slope of the wall leave in a radius, however low the noise
-DETACHED_FRAMES = 3
 ALMOST_CLOSED = 0.45  # in radii of the sphere: a neck that is wider when last seen has not been seen to close
 LONGEST_LEAP_FRAMES = 3.0
 FEWEST_SAMPLES = 8
-LASTING = 0.12  # in radii: a neck as wide as that after its closure did not close; jets and mist are thinner
+LASTING = 0.12  # in radii: a neck as wide as that right after its closure did not close; jets and mist are thinner
+AFTERMATH_FRAMES = (2.0, 10.0)  # what is seen there later is another thing
+SURE = 2.0  # standard uncertainties between two closures of which one is called the first
 
 
 @dataclass(frozen=True)
@@ -28,15 +30,20 @@ class Scene:
     """What the closure is judged against, per frame of the clip: arrays of shape (n,), pixels, NaN where not seen.
 
     ``time_s`` are mid-exposure times; ``sphere_top_px`` the row of the sphere's highest point; ``cavity_top_px`` the
-    highest row at which the cavity was seen, ``surface_px`` the row of the free surface.
+    highest row at which the cavity was seen and ``apex_px`` the depth of its apex below the surface
+    (``detachment.find_apex``), ``surface_px`` the row of the free surface. ``dome_over_s`` is when the splash had domed
+    over, NaN where that is not known.
     """
 
     time_s: Floats
     sphere_top_px: Floats
     cavity_top_px: Floats
+    apex_px: Floats
     surface_px: float
     radius_px: float
     exposure_s: float
+    surface_unc_px: float = 0.0
+    dome_over_s: float = float("nan")
 
 
 @dataclass(frozen=True)
@@ -52,29 +59,48 @@ class Seal:
     fit: ClosureFit | None = None
 
 
+def _no_seal(status: str) -> Seal:
+    nan = float("nan")
+    return Seal(nan, nan, nan, nan, "", status)
+
+
 def find_seal(tracks: Sequence[NeckTrack], scene: Scene) -> Seal:
     """Find the first closure of the cavity and its kind.
 
     The neck that reaches zero first is the pinch-off; it is a ``sphere_seal`` where it closes on the top of the sphere
     (the contact line has run up), else a ``deep_seal``. A cavity that has left the surface before is a
-    ``surface_seal``. Without a closing neck the status is ``clip_ended`` where one still narrows in the last frames or
-    the cavity is still open in them, else ``no_neck``.
+    ``surface_seal``. Where the order of the two is not clear, or the cavity left the surface before the splash had
+    domed over, the status is ``not_identified``. Without a closing neck it is ``clip_ended`` where one still narrows in
+    the last frames or the cavity is still open in them, else ``no_neck``.
     """
     fits = [_close(track, scene) for track in tracks]
     closed = [(fit.t_s, i) for i, fit in enumerate(fits) if fit.status == "ok"]
-    detached = _detachment(scene)
-    if closed and not detached[0] < min(closed)[0]:
-        best = min(closed)[1]
-        return _at_depth(tracks[best], fits[best], scene)
-    if np.isfinite(detached[0]):
-        return Seal(detached[0], detached[1], scene.surface_px, 0.1 * scene.radius_px, "surface_seal", "ok")
-    return _not_seen(tracks, fits, scene)
+    left = _detachment(scene)
+    if not closed and not np.isfinite(left.t_s):
+        return _not_seen(tracks, fits, scene)
+    at_surface = Seal(left.t_s, left.t_unc_s, scene.surface_px, scene.surface_unc_px, "surface_seal", "ok")
+    if left.t_s + SURE * left.t_unc_s < scene.dome_over_s:
+        return _no_seal("not_identified")
+    if not closed:
+        return at_surface
+    first = min(closed)[1]
+    at_depth = _at_depth(tracks[first], fits[first], scene)
+    apart = SURE * float(np.hypot(at_depth.t_unc_s, left.t_unc_s))
+    if not left.t_s < at_depth.t_s + apart:
+        return at_depth
+    return at_surface if left.t_s < at_depth.t_s - apart else _no_seal("not_identified")
+
+
+def _detachment(scene: Scene) -> Detachment:
+    depth, hidden = scene.cavity_top_px - scene.surface_px, hidden_rows(scene.surface_unc_px)
+    return find_detachment(scene.time_s, depth, scene.apex_px, hidden_px=hidden, radius_px=scene.radius_px)
 
 
 def _close(track: NeckTrack, scene: Scene) -> ClosureFit:
     """Fit the closure of one neck and refuse what was not seen to close."""
     time = scene.time_s[track.frame]
-    radius_unc = max(float(np.median(track.radius_unc_px[-30:])), EDGE_MODEL_PX)
+    opened = track.radius_px >= CLOSEST_RADIUS_PX
+    radius_unc = max(float(np.median(track.radius_unc_px[opened][-30:])), EDGE_MODEL_PX) if opened.any() else np.inf
     fit = fit_closure(
         time,
         track.radius_px,
@@ -88,7 +114,9 @@ def _close(track: NeckTrack, scene: Scene) -> ClosureFit:
     step = float(np.nanmedian(np.diff(scene.time_s)))
     before = time < fit.t_s
     leap = fit.t_s - time[before][-1] if before.any() else np.inf
-    lasting = np.any(track.radius_px[time > fit.t_s + 2.0 * step] > max(LASTING * scene.radius_px, 3.0))
+    since = (time - fit.t_s) / step
+    after = (since > AFTERMATH_FRAMES[0]) & (since < AFTERMATH_FRAMES[1])
+    lasting = np.any(track.radius_px[after] > max(LASTING * scene.radius_px, 3.0))
     seen_to_close = (
         fit.samples >= FEWEST_SAMPLES
         and leap <= LONGEST_LEAP_FRAMES * step
@@ -124,20 +152,7 @@ def _interpolate(t_s: float, times: Floats, values: Floats) -> float:
     return float(np.interp(t_s, times[seen], values[seen])) if seen.any() else float("nan")
 
 
-def _detachment(scene: Scene) -> tuple[float, float]:
-    """Return when the cavity left the surface for good, and the uncertainty; NaN where it did not."""
-    gap = scene.cavity_top_px - scene.surface_px > max(0.35 * scene.radius_px, 20.0)
-    seen = np.flatnonzero(np.isfinite(scene.cavity_top_px))
-    away = gap[seen]
-    if away.size < DETACHED_FRAMES or not away[-DETACHED_FRAMES:].all() or away.all():
-        return float("nan"), float("nan")
-    first = int(np.flatnonzero(~away)[-1]) + 1
-    early, late = scene.time_s[seen[first - 1]], scene.time_s[seen[first]]
-    return float(0.5 * (early + late)), float(max(late - early, 1e-9))
-
-
 def _not_seen(tracks: Sequence[NeckTrack], fits: Sequence[ClosureFit], scene: Scene) -> Seal:
-    nan = float("nan")
     last = scene.time_s.size - 1
     open_at_end = any(
         track.frame[-1] >= last - 3 and fit.status in {"clip_ended", "too_few"}
@@ -146,5 +161,5 @@ def _not_seen(tracks: Sequence[NeckTrack], fits: Sequence[ClosureFit], scene: Sc
     refused = any(fit.status == "poor_fit" for fit in fits)
     still_open = bool(np.isfinite(scene.cavity_top_px[-3:]).any())
     if open_at_end or (still_open and not refused):
-        return Seal(nan, nan, nan, nan, "", "clip_ended")
-    return Seal(nan, nan, nan, nan, "", "poor_fit" if refused else "no_neck")
+        return _no_seal("clip_ended")
+    return _no_seal("poor_fit" if refused else "no_neck")

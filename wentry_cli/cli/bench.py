@@ -8,7 +8,7 @@ import click
 
 from wentry_cli.cli import options as opt
 
-CHAPTERS = ("contours", "smoothers", "solvers", "throughput")
+CHAPTERS = ("contours", "smoothers", "delta_u", "solvers", "extremes", "throughput")
 
 
 @click.command(name="bench")
@@ -18,7 +18,7 @@ CHAPTERS = ("contours", "smoothers", "solvers", "throughput")
 @click.option("-o", "--output", type=opt.FOLDER, help="Write accuracy.md and its figures into this folder.")
 @opt.as_json
 def command(chapters: tuple[str, ...], quick: bool, seed: int, output: Path | None, as_json: bool) -> None:
-    """Measure speed against error: outlines, smoothers, solvers and whole recordings, beside other methods."""
+    """Measure speed against error: outlines, smoothers, ΔU, solvers and whole recordings, beside other methods."""
     import importlib
     from dataclasses import asdict
 
@@ -29,9 +29,10 @@ def command(chapters: tuple[str, ...], quick: bool, seed: int, output: Path | No
 
     single_threaded()
     rows: list[BenchRow] = []
-    for chapter in chapters or CHAPTERS:
-        click.echo(f"{chapter} …", err=True)
-        rows += importlib.import_module(f"wentry_cli.bench.{chapter}").run(quick, seed)
+    modules = {name: importlib.import_module(f"wentry_cli.bench.{name}") for name in chapters or CHAPTERS}
+    for name, module in modules.items():
+        click.echo(f"{name} …", err=True)
+        rows += module.run(quick, seed)
     if as_json:
         show_json([asdict(row) for row in rows])
     else:
@@ -39,3 +40,6 @@ def command(chapters: tuple[str, ...], quick: bool, seed: int, output: Path | No
     if output is not None:
         words = ["wentry bench", *(f"--chapter {name}" for name in chapters), *(["--quick"] if quick else [])]
         click.echo(str(write_page(rows, output, " ".join([*words, f"--seed {seed}"]))), err=True)
+        for name, module in modules.items():
+            if hasattr(module, "draw"):  # a figure of its own in place of time against error
+                module.draw([row for row in rows if row.chapter == name], output / f"accuracy_{name}.svg")

@@ -38,6 +38,7 @@ def impact(
     """Fit ε̇₀ and n of each sphere to its surface_impact drops in RESULTS, all heights together."""
     from wentry_cli.runner import commands
     from wentry_cli.stages import calibrate
+    from wentry_cli.stages.calibrate.rows import rows_of
 
     campaign = commands.processed(results, only)
     spheres = calibrate.drops_by_sphere(results, campaign.drops)
@@ -54,7 +55,7 @@ def impact(
         warnings = calibrate.calibrate_impact(results, campaign.drops)
     for sentence in warnings:
         click.echo(f"warning: {sentence}", err=True)
-    _show_rows(calibrate.rows_of(results, "impact", list(spheres)), as_json, quiet)
+    _show_rows(rows_of(results, "impact", list(spheres)), as_json, quiet)
     if not quiet:
         click.echo(f"{results / 'materials.csv'}; next: wentry fit {results}", err=True)
 
@@ -70,7 +71,8 @@ def compression(
     """Fit G∞ to the force-displacement test in CSV (header force_N and displacement_m or displacement_mm)."""
     from wentry_cli.cli.console import show_json
     from wentry_cli.runner import commands
-    from wentry_cli.stages import calibrate
+    from wentry_cli.stages.calibrate import compression as calibrate
+    from wentry_cli.stages.calibrate.rows import rows_of
 
     test = calibrate.read_compression(csv)  # before the lock, which makes the folder
     if test.warning:
@@ -94,7 +96,7 @@ def compression(
         return
     with commands.locked(results):
         calibrate.calibrate_compression(test, diameter_m, results, material=material)
-    _show_rows(calibrate.rows_of(results, "compression", [material]), as_json, quiet)
+    _show_rows(rows_of(results, "compression", [material]), as_json, quiet)
     if not quiet:
         click.echo(f"{results / 'materials.csv'}", err=True)
 

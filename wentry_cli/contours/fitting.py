@@ -67,8 +67,7 @@ def assemble_fit(
     shape: EllipseShape, covariance: NDArray[np.float64], quality: dict[str, float], status: str
 ) -> SilhouetteFit:
     """Gather a result; ``covariance`` is 5 x 5 with zero rows where a parameter was held."""
-    sigma = np.sqrt(np.diag(covariance))
-    unc = np.where(sigma > 0.0, sigma, math.nan)
+    unc = [math.sqrt(variance) if variance > 0.0 else math.nan for variance in covariance.diagonal().tolist()]
     gradient = bottom_gradient(shape)
     return SilhouetteFit(
         center_x_px=shape.x,
@@ -76,11 +75,11 @@ def assemble_fit(
         radius_px=shape.radius,
         stretch=shape.stretch,
         tilt_deg=shape.tilt_deg,
-        center_x_unc_px=float(unc[0]),
-        center_y_unc_px=float(unc[1]),
-        radius_unc_px=float(unc[2]),
-        stretch_unc=float(unc[3]),
-        tilt_unc_deg=math.degrees(float(unc[4])),
+        center_x_unc_px=unc[0],
+        center_y_unc_px=unc[1],
+        radius_unc_px=unc[2],
+        stretch_unc=unc[3],
+        tilt_unc_deg=math.degrees(unc[4]),
         bottom_y_px=shape.bottom_y,
         bottom_y_unc_px=math.sqrt(float(gradient @ covariance @ gradient)),
         covariance=covariance,

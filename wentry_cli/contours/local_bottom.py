@@ -30,7 +30,8 @@ Floats = NDArray[np.float64]
 
 # How much a real bottom may depart from the ellipse in third and fourth order at the ends of the cap, share of R.
 PRIOR_SHAPE = 0.004
-LEAST_KEPT = 0.6
+# Share of the cap that must lie in the picture; of what lies there, share and number of sectors that drops leave free.
+LEAST_SEEN, LEAST_KEPT, FEWEST_KEPT = 0.6, 0.2, 3.0
 MOST_SHIFT_PX = 3.0
 FOUND, OCCLUDED, POOR, OUT_OF_FRAME = 0.0, 1.0, 2.0, 3.0
 STATUS_WORDS = ("ok", "occluded", "poor_fit", "out_of_frame")
@@ -117,18 +118,18 @@ def share_seen(sectors: NDArray[np.int64], place: Floats) -> float:
     for k in range(place.size):
         if not math.isnan(place[k]):
             total += 1
-            full += 1 if counts[k] > LEAST_KEPT * fullest else 0
+            full += 1 if counts[k] > LEAST_SEEN * fullest else 0
     return full / max(1, total)
 
 
 @compiled
-def share_kept(sums: Floats, verdict: Floats) -> float:
-    """Weight of the sectors that hold pixels, over their number."""
+def is_covered(sums: Floats, verdict: Floats) -> bool:
+    """Whether too few of the sectors that hold pixels agree with each other."""
     weight, number = 0.0, 0
     for k in range(sums.shape[0]):
         weight += verdict[k, WEIGHT]
         number += 1 if sums[k, COUNT] >= LEAST_PIXELS else 0
-    return weight / max(1, number)
+    return weight < max(FEWEST_KEPT, LEAST_KEPT * number)
 
 
 @compiled
@@ -158,7 +159,7 @@ def refine_bottom(
     place, lowest, depth = cap_rows(shape, sector_angles(count, table), half_angle)
     settings[0] = shape[1] + depth * math.cos(half_angle) - 2.0 * HALF_PX
     cap = cap_band(gather_band(values, shape, settings, 1.0 if masked else math.nan), place)
-    if share_seen(cap.sectors, place) < LEAST_KEPT:
+    if share_seen(cap.sectors, place) < LEAST_SEEN:
         return nan, nan, nan, nan, OUT_OF_FRAME
     belief = first_belief(cap)
     if math.isnan(belief.nuisance[LEVEL_IN]):
@@ -167,7 +168,7 @@ def refine_bottom(
     moved, factor, sums, verdict = solve_band(cap, belief, np.arange(5), 1)
     if factor.size == 0:
         return nan, nan, nan, nan, POOR
-    if share_kept(sums, verdict) < LEAST_KEPT:
+    if is_covered(sums, verdict):
         return nan, nan, nan, nan, OCCLUDED
     residual, chi2 = residual_statistics(verdict, 3)
     t = lowest_place(moved, depth, half_angle)

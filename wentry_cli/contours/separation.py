@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.contours.arc import LENGTH, NX, NY, X, Y, arc_geometry, quadrant_table, sector_angles, semi_axes
+from wentry_cli.contours.arc import DEPARTURE, LENGTH, Y, arc_geometry, quadrant_table, sector_angles, semi_axes
+from wentry_cli.contours.corner import NO_CORNER, TOO_SHORT, find_corner
 from wentry_cli.contours.ellipse import SilhouetteFit
 from wentry_cli.imaging.edges import CANDIDATES, edge_candidates
 from wentry_cli.imaging.order_statistics import median_of
@@ -19,22 +20,13 @@ Floats = NDArray[np.float64]
 
 RAY_SPACING_PX = 1.5
 SEARCH_PX = 9.0
-STEP_PX = 0.5
-# A departure: beyond this and beyond four times the scatter on the sphere, for nearly all of the next rays.
-LEAST_DEPARTURE_PX = 0.5
-SUSTAINED_PX = 14.0
-SUSTAINED_SHARE = 0.85
-WINDOW_BELOW_PX, WINDOW_ABOVE_PX = 30.0, 14.0
-LEAST_RAYS_BELOW = 8
-TRIAL_PX = 0.2
-OUTLIER_PX = 1.5
-LEAST_UNC_PX, MOST_UNC_PX = 0.2, 2.0
-MOST_DISAGREEMENT_PX = 5.0
-# Above the middle of a sphere flatter than this the wall runs along the normals: what looks like a corner is none.
+STEP_PX = 1.0
+LEAST_UNC_PX, MOST_UNC_PX, MOST_DISAGREEMENT_PX = 0.1, 1.3, 5.0
+# The sharp end of a sphere flatter than this hides the corner.
 FLATTEST = 1.5
-# A wall that leaves steeply is seen by few rays, and the filter rounds the corner.
-FEW_RAYS, FEW_UNC_PX = 7, 1.9
+# One side alone is believed less, and not where the sphere leans.
 TRUST_SIDES = 3.0
+JUST_ABOVE_PX, FAR_ABOVE_PX, ON_SPHERE_PX = 6.0, 14.0, 0.5
 
 
 @dataclass(frozen=True)
@@ -48,24 +40,25 @@ class SeparationFit:
     status: str
 
 
-def find_separation(patch: Patch, fit: SilhouetteFit) -> SeparationFit:
-    """Find the first sustained departure of the outward edge from the fitted ellipse, on both sides.
+def find_separation(patch: Patch, fit: SilhouetteFit, *, departure: tuple[float, ...] = ()) -> SeparationFit:
+    """Find where the outline leaves the fitted ellipse for good, on both sides.
 
-    The edge is sampled along the normals of the ellipse against arc length, from the bottom up. A hinge, on the
-    ellipse and then on a straight wall, is fitted about the departure; the two sides are averaged. Where neither side
-    shows a corner (a contact high above the widest part of a flat sphere, or no cavity), or where they disagree,
-    everything is NaN and the status `no_edge`; `short_arc` where too little of the sphere is left below.
+    The edge is sampled along the normals of the ellipse against arc length, from the bottom up, and where it leaves
+    the wall is carried back to the ellipse (see `corner`); the two sides are averaged. Where neither side shows a
+    corner (no cavity, a wall that clings to the sphere, a sphere flatter than 1.5), where it is not known to 1.3 px,
+    or where the sides disagree, everything is NaN and the status `no_edge`; `short_arc` where too little of the
+    sphere is left below. ``departure`` is how the outline is known to differ from the ellipse.
     """
     if fit.status != "ok":
         return unseen(fit.status)
+    if fit.stretch > FLATTEST:
+        return unseen("no_edge")
     values = np.ascontiguousarray(patch.values, dtype=np.float32)
     shape = fit.shape.vector() - np.array([patch.x0, patch.y0, 0.0, 0.0, 0.0])
-    left, right = both_sides(values, shape)
+    left, right = both_sides(values, np.concatenate([shape, departure]))
     rows = np.array([left[0], right[0]]) + patch.y0
-    unc = np.array([left[1], right[1]])
-    if fit.stretch > FLATTEST:
-        rows[rows < fit.center_y_px] = math.nan
-    seen = np.isfinite(rows)
+    unc = np.hypot(np.array([left[1], right[1]]), LEAST_UNC_PX)
+    seen = unc < MOST_UNC_PX
     if not seen.any():
         return unseen("short_arc" if max(left[2], right[2]) == TOO_SHORT else "no_edge")
     weight = 1.0 / unc[seen] ** 2
@@ -76,7 +69,10 @@ def find_separation(patch: Patch, fit: SilhouetteFit) -> SeparationFit:
             return unseen("no_edge")
         spread = max(spread, 0.5 * abs(float(rows[0] - rows[1])))
     else:
-        spread *= TRUST_SIDES
+        leans = fit.shape.semi_across * math.sin(math.radians(fit.tilt_deg))
+        spread = math.hypot(TRUST_SIDES * spread, leans)
+        if spread > MOST_UNC_PX:
+            return unseen("no_edge")
     return SeparationFit(mean, spread, float(rows[0]), float(rows[1]), "ok")
 
 
@@ -85,11 +81,8 @@ def unseen(status: str) -> SeparationFit:
     return SeparationFit(math.nan, math.nan, math.nan, math.nan, status)
 
 
-SEEN, NO_CORNER, TOO_SHORT = 0.0, 1.0, 2.0
-
-
 @compiled
-def departures(values: NDArray[np.float32], shape: Floats) -> tuple[Floats, Floats]:
+def departures(values: NDArray[np.float32], shape: Floats) -> tuple[Floats, Floats, float]:
     """Rows of the rays from the right end over the bottom, left, top; and the outermost edge on each (px, NaN)."""
     a, b = semi_axes(shape)
     count, table = quadrant_table(a, b, RAY_SPACING_PX, 0.2)
@@ -100,9 +93,9 @@ def departures(values: NDArray[np.float32], shape: Floats) -> tuple[Floats, Floa
     outer = np.full(rays.shape[0], math.nan)
     for k in range(rays.shape[0]):
         for slot in range(CANDIDATES):
-            if height[k, slot] >= strong and not outer[k] >= at[k, slot]:
-                outer[k] = at[k, slot]
-    return rays, outer
+            if height[k, slot] >= strong and not outer[k] >= at[k, slot] - rays[k, DEPARTURE]:
+                outer[k] = at[k, slot] - rays[k, DEPARTURE]
+    return rays, outer, strong
 
 
 @compiled
@@ -122,111 +115,14 @@ def one_side(rays: Floats, outer: Floats, first: int, step: int) -> tuple[Floats
 
 
 @compiled
-def first_departure(length: Floats, off: Floats) -> tuple[int, float]:
-    """Index of the first sustained departure (-1: none) and the scatter of the edge on the sphere below it, px."""
-    count = length.size
-    quarter = count // 4
-    scatter = np.empty(count)
-    number = 0
-    for n in range(quarter):
-        if not math.isnan(off[n]):
-            scatter[number] = abs(off[n])
-            number += 1
-    noise = max(0.05, 1.4826 * median_of(scatter, number)) if number > 3 else 0.2
-    bound = max(LEAST_DEPARTURE_PX, 4.0 * noise)
-    for n in range(count):
-        if not (off[n] > bound or math.isnan(off[n])):
-            continue
-        gone, seen = 0, 0
-        for m in range(n, count):
-            if length[m] - length[n] > SUSTAINED_PX:
-                break
+def goes_on(path: Floats, off: Floats, row: float) -> bool:
+    """Whether this side is still the sphere above ``row``: then a corner there on the other side is that of a drop."""
+    seen, on = 0, 0
+    for n in range(off.size):
+        if JUST_ABOVE_PX < row - path[n, 1] < FAR_ABOVE_PX:
             seen += 1
-            gone += 1 if off[m] > bound or math.isnan(off[m]) else 0
-        if gone >= SUSTAINED_SHARE * seen:
-            return n, noise
-    return -1, noise
-
-
-@compiled
-def hinge(path: Floats, off: Floats, start: tuple[float, float], window: tuple[int, int, int]) -> tuple[float, int]:
-    """Sum of squares of an outline on the ellipse up to ``start`` and on a straight wall from there, and its rays.
-
-    ``window`` holds the first ray, the first ray on the wall and the end. The wall is the principal direction, seen
-    from ``start``, of the edges behind it.
-    """
-    total = 0.0
-    for n in range(window[0], window[1]):
-        if not math.isnan(off[n]):
-            total += min(off[n] * off[n], OUTLIER_PX**2)
-    xx, xy, yy, number = 0.0, 0.0, 0.0, 0
-    for n in range(window[1], window[2]):
-        if math.isnan(off[n]):
-            continue
-        x = path[n, X] + off[n] * path[n, NX] - start[0]
-        y = path[n, Y] + off[n] * path[n, NY] - start[1]
-        xx, xy, yy, number = xx + x * x, xy + x * y, yy + y * y, number + 1
-    if number > 0:
-        total += 0.5 * (xx + yy - math.sqrt((xx - yy) ** 2 + 4.0 * xy * xy))
-    return total, number
-
-
-@compiled
-def search_window(length: Floats, off: Floats, found: int) -> tuple[int, int]:
-    """Rays about a departure: some length of the sphere below it, and the wall as far as the rays reach it."""
-    low, high = found, found
-    while low > 0 and length[found] - length[low - 1] < WINDOW_BELOW_PX:
-        low -= 1
-    while high < length.size and length[high] - length[found] < WINDOW_ABOVE_PX:
-        if not off[high] < 0.93 * SEARCH_PX:
-            break
-        high += 1
-    return low, high
-
-
-@compiled
-def corner(length: Floats, path: Floats, off: Floats) -> tuple[float, float, float]:
-    """Row of the corner on one side, its uncertainty (px) and how it was seen.
-
-    The uncertainty is the half-width over which the sum of squares stays within twice the scatter of its minimum
-    (neighbouring rays share pixels, hence twice).
-    """
-    found, noise = first_departure(length, off)
-    if found < 0:
-        return math.nan, math.nan, NO_CORNER
-    if found < LEAST_RAYS_BELOW:
-        return math.nan, math.nan, TOO_SHORT
-    low, high = search_window(length, off, found)
-    trials = np.arange(length[low + 2], length[found], TRIAL_PX)
-    totals = np.full(trials.size, math.inf)
-    rows = np.empty(trials.size)
-    n = low
-    for index in range(trials.size):
-        while length[n + 1] <= trials[index]:
-            n += 1
-        share = (trials[index] - length[n]) / (length[n + 1] - length[n])
-        column = path[n, X] + share * (path[n + 1, X] - path[n, X])
-        rows[index] = path[n, Y] + share * (path[n + 1, Y] - path[n, Y])
-        total, number = hinge(path, off, (column, rows[index]), (low, n + 1, high))
-        if number >= 3:
-            totals[index] = total
-    best = 0
-    for index in range(trials.size):
-        best = index if totals[index] < totals[best] else best
-    if trials.size == 0 or not math.isfinite(totals[best]):
-        return math.nan, math.nan, NO_CORNER
-    scatter2 = max(noise * noise, totals[best] / max(1, high - low - 3))
-    least, most, on_wall = rows[best], rows[best], 0
-    for index in range(trials.size):
-        if totals[index] < totals[best] + 2.0 * scatter2:
-            least, most = min(least, rows[index]), max(most, rows[index])
-    for n in range(low, high):
-        on_wall += 1 if length[n] > trials[best] else 0
-    few = FEW_UNC_PX if on_wall < FEW_RAYS else 0.0
-    unc = math.hypot(math.hypot(0.5 * (most - least), LEAST_UNC_PX), few)
-    if unc > MOST_UNC_PX or best == 0:
-        return math.nan, math.nan, NO_CORNER
-    return rows[best], unc, SEEN
+            on += 1 if abs(off[n]) < ON_SPHERE_PX else 0
+    return seen >= 3 and on > 0.6 * seen
 
 
 @compiled
@@ -234,12 +130,17 @@ def both_sides(
     values: NDArray[np.float32], shape: Floats
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     """The corners on the left and on the right, each as (row, uncertainty, how it was seen)."""
-    rays, outer = departures(values, shape)
+    rays, outer, strong = departures(values, shape)
     bottom = 0
     for k in range(rays.shape[0]):
         if rays[k, Y] > rays[bottom, Y]:
             bottom = k
     length, path, off = one_side(rays, outer, bottom, 1)
-    left = corner(length, path, off)
-    length, path, off = one_side(rays, outer, bottom, -1)
-    return left, corner(length, path, off)
+    other_length, other_path, other_off = one_side(rays, outer, bottom, -1)
+    left = find_corner(values, shape, length, path, off, strong)
+    right = find_corner(values, shape, other_length, other_path, other_off, strong)
+    nothing = (math.nan, math.nan, NO_CORNER)
+    return (
+        nothing if goes_on(other_path, other_off, left[0]) else left,
+        nothing if goes_on(path, off, right[0]) else right,
+    )

@@ -11,11 +11,11 @@ import math
 import os
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,7 @@ MOST_BYTES = 8_000_000_000
 RESERVED_AT_ONCE = 64_000_000
 PREFIX, SUFFIX = ".frames.", ".part"
 
+T = TypeVar("T")
 Key = tuple[Path, tuple[int, int] | None]
 """The source of a recording and the part of it that is used."""
 
@@ -40,6 +41,7 @@ class _Store:
         self._room = math.nan  # bytes that may still be written; not known before the first frame
         self._end = self._reserved = 0
         self.recordings: dict[Key, _Once] = {}
+        self.found: dict[Hashable, Any] = {}
 
     def put(self, frame: Frame) -> int | None:
         """Append the frame; where it begins in the file, None where there is no room for it."""
@@ -83,6 +85,7 @@ class _Store:
         """Close the recordings; the file vanishes."""
         for recording in self.recordings.values():
             recording.end()
+        self.found.clear()
         if self._file is not None:
             self._file.close()
 
@@ -147,3 +150,17 @@ def shared(key: Key, opened: Callable[[], Recording]) -> Recording:
     if recording.info.random_access:
         return recording
     return store.recordings.setdefault(key, _Once(recording, store))
+
+
+def found_once(key: Hashable, find: Callable[[], T]) -> T:
+    """What ``find`` returns, found once for each ``key`` inside of ``decoded_once``, and every time outside.
+
+    For what several stages derive from the frames alone; nobody may change it, and it stays in memory for the run.
+    """
+    store = _CURRENT.get()
+    if store is None:
+        return find()
+    if key not in store.found:
+        store.found[key] = find()
+    found: T = store.found[key]
+    return found

@@ -71,7 +71,8 @@ def build_background(
     if polarity == "bright":
         return _bright_background(samples, np.asarray(full_scale - level, np.float32), full_scale)
     clipped = level >= 0.995 * full_scale
-    gain = np.where(_usable(level), 1.0 / np.maximum(level, 1e-3), np.nan).astype(np.float32)
+    gain = np.full(level.shape, np.nan, np.float32)
+    np.divide(np.float32(1.0), level, out=gain, where=_usable(level))
     ceiling = 0.995 if np.mean(clipped) > 0.01 else float("inf")
     return Background(level, gain, noise, ceiling, full_scale, 0.0)
 

@@ -53,6 +53,7 @@ def solve_entry_motion(
     ballistic: Ballistic,
     mode: Mode = "impact_aware",
     slow_s: float = math.inf,
+    fixed_m: float = 0.0,
 ) -> EntryMotion:
     """Smooth y_b and y_c = y_b + R/λ² of a sphere that meets the surface at time 0.
 
@@ -63,6 +64,7 @@ def solve_entry_motion(
     ellipse, a scale) and that no smoothing sees. It is taken to turn round within ``slow_s`` and widens the error bars
     of velocity and acceleration by itself over ``slow_s`` and its square; one of λ also by the rates at which its lever
     2R/λ³ on y_c changes. What is wrong below the surface has come about since impact: after it, no slower than that.
+    ``fixed_m`` is the part that is one and the same in all frames (the height of the surface): it moves no speed.
     """
     times = np.asarray(times_s, dtype=float)
     rigid = bool(np.all(stretch[1] == 0.0))
@@ -78,7 +80,8 @@ def solve_entry_motion(
     ]
     low, middle = (track.frames for track in tracks)
     seen, known = np.isfinite(bottom[0]), np.isfinite(height)
-    hidden = [_hidden_part(times, pair[1], u, track) for pair, u, track in zip(pairs, random, tracks, strict=True)]
+    moving = [np.sqrt(np.maximum(pair[1] ** 2 - fixed_m**2, 0.0)) for pair in pairs]
+    hidden = [_hidden_part(times, unc, u, track) for unc, u, track in zip(moving, random, tracks, strict=True)]
     turning, bending = _shape_changes(tracks, hidden, radius_m)
     slow = _turning_time(times, slow_s)
     return EntryMotion(

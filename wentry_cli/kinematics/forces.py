@@ -53,13 +53,14 @@ class ForceCoefficient:
 
 
 def period_force_coefficient(
-    ends: PeriodEnds, stretch_peak: float, stretch_peak_unc: float, body: Body
+    ends: PeriodEnds, stretch_peak: float, stretch_peak_unc: float, body: Body, *, scale_unc: float = 0.0
 ) -> ForceCoefficient:
     """Return C̄_F = ρ_s V mean(ÿ_c) / (½ ρ_w mean(ẏ_b)² π (λ_pN D/2)²) over one period.
 
     The means are differences over the ends: mean(ÿ_c) = Δv_c/T and mean(ẏ_b) = Δy_b/T, exactly. With
     C = K T Δv/(Δy_b λ_p)² the uncertainties add as relative ones; a duration that is uncertain moves T alone (the
     changes of v_c and y_b with the instant are in their own uncertainties only so far as the caller put them there).
+    ``scale_unc`` is the relative uncertainty of all lengths together.
     """
     duration = ends.end_s - ends.start_s
     change = ends.velocity_end - ends.velocity_start
@@ -75,16 +76,21 @@ def period_force_coefficient(
         np.asarray(pressure_area),
         np.asarray(np.hypot(common, 2.0 * ends.duration_unc / duration)),
         body,
+        scale_unc,
     )
 
 
 def rigid_force_coefficient(
-    velocity: Array, velocity_unc: Array, acceleration: Array, acceleration_unc: Array, body: Body
+    velocity: tuple[Array, Array], acceleration: tuple[Array, Array], body: Body, *, scale_unc: float = 0.0
 ) -> ForceCoefficient:
-    """Return C_F(t) of a rigid sphere from its velocity and acceleration in each frame (NaN where it stands still)."""
-    speed = np.where(velocity == 0.0, np.nan, velocity)
+    """Return C_F(t) of a rigid sphere from its velocity and acceleration in each frame (NaN where it stands still).
+
+    Each is a pair of values and standard uncertainties; ``scale_unc`` is the relative uncertainty of all lengths
+    together.
+    """
+    speed = np.where(velocity[0] == 0.0, np.nan, velocity[0])
     area = _pressure_area(speed, body.diameter_m, body)
-    return _coefficients(acceleration, acceleration_unc, area, 2.0 * velocity_unc / np.abs(speed), body)
+    return _coefficients(*acceleration, area, 2.0 * velocity[1] / np.abs(speed), body, scale_unc)
 
 
 def _pressure_area(speed: Array | float, diameter: float, body: Body) -> Array | float:
@@ -92,14 +98,25 @@ def _pressure_area(speed: Array | float, diameter: float, body: Body) -> Array |
 
 
 def _coefficients(
-    acceleration: Array, acceleration_unc: Array, area: Array | float, area_relative: Array, body: Body
+    acceleration: Array,
+    acceleration_unc: Array,
+    area: Array | float,
+    area_relative: Array,
+    body: Body,
+    scale_unc: float,
 ) -> ForceCoefficient:
-    """Both coefficients from the acceleration and the dynamic pressure times area (relative uncertainty)."""
+    """Both coefficients from the acceleration and the dynamic pressure times area (relative uncertainty).
+
+    Lengths that are too long by a share e make accelerations larger by e and pressures by 2 e: a coefficient C moves by
+    (C_net − 2 C) e.
+    """
     mass = body.density_kg_m3 * body.volume_m3
     lift = body.liquid_density_kg_m3 * body.volume_m3 * body.gravity_m_s2
     net = mass * acceleration / area
     hydrodynamic = (mass * (acceleration + body.gravity_m_s2) - lift) / area
     own = mass * acceleration_unc / area
-    return ForceCoefficient(
-        net, np.hypot(own, net * area_relative), hydrodynamic, np.hypot(own, hydrodynamic * area_relative)
-    )
+
+    def total(value: Array) -> Array:
+        return np.asarray(np.sqrt(own**2 + (value * area_relative) ** 2 + ((net - 2.0 * value) * scale_unc) ** 2))
+
+    return ForceCoefficient(net, total(net), hydrodynamic, total(hydrodynamic))

@@ -27,6 +27,9 @@ FINE = 8  # samples per frame in the search for roots
 SIGNIFICANT = 4.0
 NEAR = 25  # frames around an extremum that tell what they have in common
 NO_TIME = float("nan")
+# The first peak and the first valley come so long after impact, in free periods: .23 to .35 in recordings and models.
+FIRST_PEAK, FIRST_VALLEY = 0.3, 0.8
+BESIDE = 0.1  # periods before and after a peak within which frames were measured, or else it was not seen
 
 
 @dataclass(frozen=True)
@@ -44,12 +47,16 @@ class Extremum:
     common_unc: float = 0.0
 
 
+UNSEEN = Extremum(NO_TIME, NO_TIME, NO_TIME, NO_TIME, True)
+
+
 @dataclass(frozen=True)
 class Period:
     """Period N: from one upward crossing to the next (the first from impact), its peak, its valley.
 
     ``status``: ok; no_unit_crossing where nothing crosses the mean and an end is midway between valley and next peak;
-    clip_ended where the record ends before the next crossing (``end_s`` is NaN).
+    clip_ended where the record ends before the next crossing (``end_s`` is NaN); not_identified where λ was not
+    measured about the peak, which the time of the later ones tells (its time and stretch are NaN).
     """
 
     number: int
@@ -91,7 +98,8 @@ def find_oscillation(
     """Find the oscillation of ``stretch`` (n; NaN = missing) at times after impact (impact at 0), frames in order.
 
     An extremum counts when it differs from its neighbours by four standard uncertainties of the difference and by
-    ``minimum_swing``. Fewer than six measured frames after impact, or no peak: status ``too_few``.
+    ``minimum_swing``. Fewer than six measured frames after impact, or no peak: status ``too_few``. Peaks in frames that
+    were not measured, such as those behind the splash, keep their number.
     """
     times, values = np.asarray(times_s, dtype=float), np.asarray(stretch, dtype=float)
     after = (times > 0.0) & np.isfinite(values)
@@ -100,9 +108,23 @@ def find_oscillation(
     if track.status != "ok":
         return Oscillation((), (), None, "too_few")
     extrema = _significant(_extrema(track), minimum_swing)
+    if len(extrema) == 1 and all(_swing(extrema[0], end, minimum_swing) < 1.0 for end in _ends(track)):
+        extrema = ()
+    unseen = _unseen_peaks(extrema, times[after])
+    while extrema and not extrema[0].peak and not unseen:
+        extrema = extrema[1:]
     extrema = tuple(_with_common(e, track, spread[after]) for e in extrema)
-    periods = _periods(track, extrema)
+    periods = _periods(track, extrema, unseen)
     return Oscillation(extrema, periods, track, "ok" if periods else "too_few")
+
+
+def _ends(track: SmoothTrack) -> tuple[Extremum, ...]:
+    """The first and last state of the track, for a lone extremum to be compared with."""
+    frames = track.frames
+    return tuple(
+        Extremum(float(frames.times_s[i]), 0.0, float(frames.position[i]), float(frames.position_unc[i]), False)
+        for i in (0, -1)
+    )
 
 
 def _fine_times(track: SmoothTrack) -> Array:
@@ -151,9 +173,21 @@ def _significant(extrema: tuple[Extremum, ...], minimum_swing: float) -> tuple[E
             del kept[0]
         else:
             del kept[worst : worst + 2]
-    while kept and not kept[0].peak:
-        del kept[0]
     return tuple(kept)
+
+
+def _unseen_peaks(extrema: tuple[Extremum, ...], measured_s: Array) -> int:
+    """How many peaks lie before the first extremum, in frames that were not measured."""
+    if len(extrema) < 2:
+        return 0
+    alike = [b.time_s - a.time_s for a, b in zip(extrema, extrema[2:], strict=False)]
+    period = float(np.median(alike)) if alike else 2.0 * (extrema[1].time_s - extrema[0].time_s)
+    first = extrema[0]
+    phase = first.time_s / period
+    count = round(phase - FIRST_PEAK) if first.peak else round(phase - FIRST_VALLEY) + 1
+    off = (measured_s - first.time_s) / period + (1.0 if first.peak else 0.5)  # from the last peak before it
+    seen = np.any((off > -BESIDE) & (off < 0.0)) and np.any((off > 0.0) & (off < BESIDE))
+    return 0 if seen else max(count, 0)
 
 
 def _with_common(extremum: Extremum, track: SmoothTrack, stated: Array) -> Extremum:
@@ -169,9 +203,10 @@ def _swing(a: Extremum, b: Extremum, minimum_swing: float) -> float:
     return abs(a.stretch - b.stretch) / needed
 
 
-def _periods(track: SmoothTrack, extrema: tuple[Extremum, ...]) -> tuple[Period, ...]:
-    peaks = [e for e in extrema if e.peak]
-    valleys = [e for e in extrema if not e.peak]
+def _periods(track: SmoothTrack, extrema: tuple[Extremum, ...], unseen: int) -> tuple[Period, ...]:
+    peaks = [UNSEEN] * unseen + [e for e in extrema if e.peak]
+    hidden = unseen - (0 if not extrema or extrema[0].peak else 1)  # valleys that were not seen either
+    valleys: list[Extremum | None] = [*[None] * hidden, *[e for e in extrema if not e.peak]]
     periods = []
     start = 0.0
     for i, peak in enumerate(peaks):
@@ -180,6 +215,7 @@ def _periods(track: SmoothTrack, extrema: tuple[Extremum, ...]) -> tuple[Period,
         end, end_unc, status = _end(track, valley, following, _rest(extrema, valley) if valley else 1.0)
         between = following.time_s - peak.time_s if following else NO_TIME
         between_unc = float(np.hypot(following.time_unc_s, peak.time_unc_s)) if following else NO_TIME
+        status = status if i >= unseen else "not_identified"
         periods.append(Period(i + 1, start, end, end_unc, peak, valley, between, between_unc, status))
         start = end
     return tuple(periods)

@@ -103,3 +103,21 @@ def late_suspects(
         limit = LATE * MAD_TO_SD * float(np.median(np.abs(score[used])))
         suspect &= (np.abs(score) > limit) & (np.abs(residual) > 1e-9 * float(np.ptp(position)))
     return suspect
+
+
+def correlation_widening(score: Array) -> float:
+    """Return the factor on standard uncertainties for noise of which each frame keeps a share from the frame before.
+
+    ``score`` are residuals in standard deviations, (n,), NaN where not used. A smoothing that takes the noise for white
+    follows some of it: the mean of many frames scatters √((1 + r)/(1 − r)) times as much, r their correlation from
+    frame to frame. 1 where r is within three standard errors of 0 (residuals of white noise have it a little below).
+    """
+    both = np.isfinite(score[:-1]) & np.isfinite(score[1:])
+    if both.sum() < 9:
+        return 1.0
+    a, b = score[:-1][both], score[1:][both]
+    size = math.sqrt(float(np.sum(a**2) * np.sum(b**2)))
+    share = float(np.sum(a * b)) / size if size > 0.0 else 0.0
+    if share < 3.0 / math.sqrt(float(both.sum())):
+        return 1.0
+    return math.sqrt((1.0 + share) / max(1.0 - share, 0.05))

@@ -11,7 +11,7 @@ Techet 2010, the paper's route); they are the same model without events, so they
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.kinematics.averaging import members
 from wentry_cli.kinematics.hyperparameters import fit_pass, fit_plain
-from wentry_cli.kinematics.outliers import first_suspects, late_suspects, scatter_ratio
+from wentry_cli.kinematics.outliers import correlation_widening, first_suspects, late_suspects, scatter_ratio
 from wentry_cli.kinematics.state_pass import Ballistic, StatePass, prepare, smooth
 
 Array = NDArray[np.float64]
@@ -43,6 +43,10 @@ class TrackState:
     acceleration: Array
     covariance: Array
 
+    def widened(self, factor: float) -> TrackState:
+        """Return these states with all standard uncertainties times ``factor``."""
+        return replace(self, covariance=factor**2 * self.covariance)
+
     @property
     def position_unc(self) -> Array:
         """Standard uncertainty of the position, m."""
@@ -65,7 +69,8 @@ class SmoothTrack:
 
     ``used`` is False where a frame was missing or deleted as an outlier; ``residual`` is measured − smoothed (NaN
     where missing); ``noise_scale`` multiplies the stated uncertainties to match the scatter found; ``mixture`` holds
-    the smoothings and their shares; ``status`` is ok or too_few.
+    the smoothings and their shares; ``status`` is ok or too_few; ``widening`` is the factor on all standard
+    uncertainties for noise that is correlated from frame to frame (``outliers.correlation_widening``).
     """
 
     frames: TrackState
@@ -75,13 +80,14 @@ class SmoothTrack:
     events_s: Array
     mixture: Mixture
     status: str
+    widening: float = 1.0
 
     def evaluate(self, times_s: Array | float, *, before: bool = False) -> TrackState:
         """Return the states at any times; at the instant of an event those after it, or those ``before`` it."""
         times = np.atleast_1d(np.asarray(times_s, dtype=float))
         if not self.mixture:
             return _empty(times)
-        return _blend(self.mixture, times, self.events_s, before)
+        return _blend(self.mixture, times, self.events_s, before).widened(self.widening)
 
 
 def smooth_track(
@@ -128,7 +134,10 @@ def smooth_track(
     mixture = tuple(members(passes[0])) if mode == "impact_aware" else ((1.0, passes[0]),)
     mixture += tuple((0.0, other) for other in passes[1:])
     frames = _blend(mixture, times, events, False)
-    return SmoothTrack(frames, good, position - frames.position, unit * passes[0].noise_scale, events, mixture, "ok")
+    residual = position - frames.position
+    widening = correlation_widening(np.where(good, residual / np.sqrt(variance), np.nan))
+    scale = unit * passes[0].noise_scale
+    return SmoothTrack(frames.widened(widening), good, residual, scale, events, mixture, "ok", widening)
 
 
 def _fit(

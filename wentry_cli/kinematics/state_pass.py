@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from wentry_cli.kinematics import likelihood, state_space
+from wentry_cli.kinematics import likelihood, state_space, two_filters
 
 Array = NDArray[np.float64]
 DIFFUSE = 1e3  # prior widths in standard errors of the polynomial that the record is centred on
@@ -139,7 +139,7 @@ class StatePass:
     noise_scale: float
     cost: float
     filtered: tuple[Array, Array]
-    adjoint: tuple[Array, Array]
+    ahead: tuple[Array, Array]
 
     def evaluate(self, times_s: Array, *, before: bool = False) -> tuple[Array, Array]:
         """Return states (n, 3) and covariances (n, 3, 3) in m, m/s, m/s²; at an event: after it, or ``before``."""
@@ -149,7 +149,7 @@ class StatePass:
         # rounding must not push an event's own instant to its wrong side
         nudged = queries - 1e-9 if before else queries + 1e-9
         anchors = np.searchsorted(starts, nudged, side="right") - 1
-        deviation, spread = state_space.evaluate(
+        deviation, spread = two_filters.evaluate(
             queries,
             anchors.astype(np.int64),
             record.nodes,
@@ -157,7 +157,7 @@ class StatePass:
             record.events,
             self.strengths,
             self.filtered,
-            self.adjoint,
+            self.ahead,
         )
         unit = record.noise_m / record.interval_s ** np.arange(3)
         states = (deviation[:, :3] + record.polynomial(queries)) * unit
@@ -177,8 +177,8 @@ def smooth(record: Record, theta: Array) -> StatePass:
     model = (record.nodes, law, record.events, strengths, record.start_mean, record.start_covariance)
     logs, squares = state_space.log_likelihood(*model)
     count = max(int(np.sum(record.nodes[:, 3] < 0)) - record.order, 1)
-    means, covariances, gains = state_space.filter_forward(*model)
-    adjoint = state_space.smooth_backward(record.nodes, gains)
+    filtered = two_filters.filter_forward(*model)
+    ahead = two_filters.filter_backward(*model[:4], record.order)
     scale = float(np.sqrt(squares / count))
     value = 0.5 * (count * np.log(squares / count + 1e-300) + logs)
-    return StatePass(record, theta, law, strengths, scale, float(value), (means, covariances), adjoint)
+    return StatePass(record, theta, law, strengths, scale, float(value), filtered, ahead)

@@ -1,8 +1,9 @@
-"""A smoothing spline as a state-space model: compiled Kalman filter and Bryson–Frazier backward pass, O(n).
+"""A smoothing spline as a state-space model and its likelihood by a compiled Kalman filter, O(n).
 
 The state of order ``m`` is (y, y′, …, y⁽ᵐ⁻¹⁾); white noise of spectral density q(t) drives the last derivative
 (the ``m − 1`` times integrated Wiener process, whose posterior mean is the smoothing spline of degree 2m − 1: Wahba
-1978; Kohn & Ansley 1987). Nothing here inverts a covariance, so q = 0 (ballistic flight) is allowed.
+1978; Kohn & Ansley 1987). Smoothed states are made by ``two_filters``; the search for the likelihood's maximum can do
+without that care.
 
 Everything is in dimensionless units: time in frame intervals, position in standard deviations of the noise. A *node* is
 a frame (it has a measurement) or an event (it has a jump of acceleration).
@@ -64,7 +65,7 @@ def update(x: Array, P: Array, value: float, variance: float) -> tuple[float, fl
     """Take in one measurement of the position, in place; return the innovation and its variance."""
     m = x.shape[0]
     innovation = value - float(x[0])
-    total = float(P[0, 0]) + variance
+    total = max(float(P[0, 0]), 0.0) + variance
     for i in range(m):
         x[i] += P[i, 0] * innovation / total
     for i in range(m - 1, -1, -1):
@@ -145,129 +146,3 @@ def log_likelihood(
             logs += math.log(total)
             squares += innovation * innovation / total
     return logs, squares
-
-
-@compiled
-def filter_forward(
-    nodes: Array, law: Array, events: Array, strengths: Array, start_mean: Array, start_covariance: Array
-) -> tuple[Array, Array, Array]:
-    """Run the filter; return filtered means (n, m), covariances (n, m, m) and gains (n, m + 2).
-
-    The last two columns of the gains hold the innovation and its variance (0 at events).
-    """
-    n = nodes.shape[0]
-    m = start_mean.shape[0]
-    means = np.zeros((n, m))
-    covariances = np.zeros((n, m, m))
-    gains = np.zeros((n, m + 2))
-    x = start_mean.copy()
-    P = start_covariance.copy()
-    now = nodes[0, 0]
-    for k in range(n):
-        time = nodes[k, 0]
-        if time > now:
-            predict(x, P, time - now, density(law, events, strengths, now, time))
-        now = time
-        event = int(nodes[k, 3])
-        if event >= 0:
-            jump(P, law, strengths[event], nodes[k])
-        else:
-            column = P[:, 0].copy()
-            innovation, total = update(x, P, nodes[k, 1], nodes[k, 2])
-            gains[k, :m] = column / total
-            gains[k, m] = innovation
-            gains[k, m + 1] = total
-        means[k] = x
-        covariances[k] = P
-    return means, covariances, gains
-
-
-@compiled
-def pull_back(r: Array, N: Array, step: float) -> None:
-    """Carry the adjoint pair (r, N) back over ``step`` in place: r ← Φᵀ r, N ← Φᵀ N Φ."""
-    m = r.shape[0]
-    for i in range(m - 1, -1, -1):
-        c = 1.0
-        for j in range(i - 1, -1, -1):
-            c *= step / (i - j)
-            r[i] += c * r[j]
-            for k in range(m):
-                N[i, k] += c * N[j, k]
-    for i in range(m - 1, -1, -1):
-        c = 1.0
-        for j in range(i - 1, -1, -1):
-            c *= step / (i - j)
-            for k in range(m):
-                N[k, i] += c * N[k, j]
-
-
-@compiled
-def smooth_backward(nodes: Array, gains: Array) -> tuple[Array, Array]:
-    """Bryson–Frazier recursion: adjoint vectors (n, m) and matrices (n, m, m) just before each node."""
-    n = nodes.shape[0]
-    m = gains.shape[1] - 2
-    vectors = np.zeros((n, m))
-    matrices = np.zeros((n, m, m))
-    r = np.zeros(m)
-    N = np.zeros((m, m))
-    for k in range(n - 1, -1, -1):
-        if k < n - 1:
-            pull_back(r, N, nodes[k + 1, 0] - nodes[k, 0])
-        if nodes[k, 3] < 0:
-            gain = gains[k, :m]
-            total = gains[k, m + 1]
-            row = N @ gain
-            curvature = gain @ row
-            r[0] += gains[k, m] / total - gain @ r
-            for i in range(m):
-                N[0, i] -= row[i]
-                N[i, 0] -= row[i]
-            N[0, 0] += curvature + 1.0 / total
-        vectors[k] = r
-        matrices[k] = N
-    return vectors, matrices
-
-
-@compiled
-def evaluate(
-    queries: Array,
-    anchors: NDArray[np.int64],
-    nodes: Array,
-    law: Array,
-    events: Array,
-    strengths: Array,
-    filtered: tuple[Array, Array],
-    adjoint: tuple[Array, Array],
-) -> tuple[Array, Array]:
-    """Smoothed mean (n, m) and covariance (n, m, m) at any time.
-
-    ``anchors`` names, for each query, the last node at or before it (−1 before the first node).
-    """
-    means, covariances = filtered
-    vectors, matrices = adjoint
-    count, m = queries.shape[0], means.shape[1]
-    last = nodes.shape[0] - 1
-    states = np.empty((count, m))
-    spreads = np.empty((count, m, m))
-    for i in range(count):
-        k = max(anchors[i], 0)
-        back = anchors[i] < 0
-        here = nodes[k, 0] if back else max(queries[i], nodes[k, 0])
-        x = means[k].copy()
-        P = covariances[k].copy()
-        if here > nodes[k, 0]:
-            # the filter crossed this gap with one mean density: any other here would not match its gains
-            stop = nodes[k + 1, 0] if k < last else here
-            predict(x, P, here - nodes[k, 0], density(law, events, strengths, nodes[k, 0], stop))
-        if k < last:
-            r = vectors[k + 1].copy()
-            N = matrices[k + 1].copy()
-            pull_back(r, N, nodes[k + 1, 0] - here)
-            x += P @ r
-            P -= P @ N @ P
-        if back:
-            predict(x, P, queries[i] - here, 0.0)
-            add_noise(P, queries[i] - here, density(law, events, strengths, queries[i], here))
-        states[i] = x
-        spreads[i] = P
-    return states, spreads

@@ -21,6 +21,7 @@ from wentry_cli.errors import ConfigurationError
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+GroupValues = tuple[float, float, float, float, float]  # as in Groups.as_array
 
 SQRT3 = math.sqrt(3.0)
 STATE_SIZE = 4  # stretch, its rate, x = λ_p² − 1, dissipated energy
@@ -140,14 +141,8 @@ def flow_hardening(x: float, xi: float) -> float:
 
 
 @compiled
-def flow_rate(stretch: float, x: float, groups: FloatArray) -> float:
-    """(dλ_p/dt*)/λ_p by the flow rule; ``groups`` as from ``Groups.as_array``."""
-    return flow_of_stress(elastic_stress(stretch, x), x, groups)
-
-
-@compiled
-def flow_of_stress(s: float, x: float, groups: FloatArray) -> float:
-    """(dλ_p/dt*)/λ_p where the elastic stress ``s`` is already known."""
+def flow_rate(s: float, x: float, groups: GroupValues) -> float:
+    """(dλ_p/dt*)/λ_p by the flow rule, from the elastic stress ``s`` and x."""
     if s == 0.0 or groups[1] == 0.0:
         return 0.0
     power = abs(s) if groups[3] == 1.0 else abs(s) ** groups[3]
@@ -169,11 +164,8 @@ def energy(stretch: float, rate: float, x: float, stiffness_ratio: float) -> flo
 
 
 @compiled
-def derivatives(state: FloatArray, groups: FloatArray, out: FloatArray) -> bool:
-    """Time derivative of ``state`` (λ, dλ/dt*, x, dissipated energy) into ``out``; False outside λ > 0, x > −1."""
-    a, v, x = state[0], state[1], state[2]
-    if not (a > 0.0 and x > -1.0):
-        return False
+def state_rates(a: float, v: float, x: float, groups: GroupValues) -> tuple[float, float, float]:
+    """Time derivatives of dλ/dt*, x and the dissipated energy at λ = ``a`` > 0, dλ/dt* = ``v``, ``x`` > −1."""
     p, a2 = 1.0 + x, a * a
     a4 = a2 * a2
     a6 = a4 * a2
@@ -183,12 +175,20 @@ def derivatives(state: FloatArray, groups: FloatArray, out: FloatArray) -> bool:
     over_p = shared * a4 * inertia
     u = a2 * over_p
     s = ((a - 1.0) * (a + 1.0) - x) * over_p * (u * u + u + 1.0) * (p * p * p * inertia * shared)
-    rate = flow_of_stress(s, x, groups)
+    rate = flow_rate(s, x, groups)
     force = 6.0 * v * v * (a2 * a * p * inertia * shared) - 5.0 * a * (a6 - 1.0 + groups[0] * s * a4)
+    return force * (p * a4 * shared), 2.0 * p * rate, 5.0 * groups[0] * s * rate
+
+
+@compiled
+def derivatives(state: FloatArray, groups: FloatArray, out: FloatArray) -> bool:
+    """Time derivative of ``state`` (λ, dλ/dt*, x, dissipated energy) into ``out``; False outside λ > 0, x > −1."""
+    a, v, x = state[0], state[1], state[2]
+    if not (a > 0.0 and x > -1.0):
+        return False
+    values = (groups[0], groups[1], groups[2], groups[3], groups[4])
     out[0] = v
-    out[1] = force * (p * a4 * shared)
-    out[2] = 2.0 * p * rate
-    out[3] = 5.0 * groups[0] * s * rate
+    out[1], out[2], out[3] = state_rates(a, v, x, values)
     return True
 
 

@@ -32,7 +32,8 @@ FEWEST_POINTS = 8
 OUTLIER = 6.0  # robust standard deviations
 OUTLIER_ROUNDS = 4
 WIDEST_N = 0.5  # half-width of the 95 % interval beyond which n is not identified
-LEAST_SPREAD = 0.1  # of the initial stretches, below which n is not identified
+LEAST_SPREAD, LEAST_SWINGS = 0.1, 1.5  # difference of the initial stretches and ratio of λ₀ − 1; one is enough for n
+MOST_CORRELATION = 0.95  # of neighbouring residuals
 
 
 @dataclass(frozen=True)
@@ -73,19 +74,22 @@ class Calibration:
     warning: str
 
 
-def fit_flow(material: Material, drops: Sequence[Ringing], *, creep: bool = True) -> Calibration:
+def fit_flow(
+    material: Material, drops: Sequence[Ringing], *, creep: bool = True, g_inf_unc_pa: float = 0.0
+) -> Calibration:
     """Fit ε̇₀ and n jointly to all ``drops`` of a sphere; its other parameters are those of ``material``.
 
     Each drop has its own initial stretch, time shift and, with ``creep``, λ_p at the peak: the sphere has flowed while
     it was loaded. Without it λ_p = 1, the paper's choice, and the parameters absorb the creep. Weighted least squares
     with forward sensitivities from the best of a scan of 36 points; points beyond six robust standard deviations are
-    left out. Uncertainties from the residuals (Student), intervals linear in (ln ε̇₀, n).
+    left out. Uncertainties from the residuals (Student), enlarged where neighbours are alike, and from that of G∞,
+    ``g_inf_unc_pa``, by a second fit; intervals linear in (ln ε̇₀, n).
 
     ε̇₀ and n count as told apart (``ok``) where the fit converged inside its bounds, the 95 % interval of n is narrower
-    than ± ``WIDEST_N`` and the initial stretches of the drops differ by ``LEAST_SPREAD`` at least. The interval alone
-    does not do: a single long clip makes it narrow, but only as far as the model is exact, since at one height an error
-    of G∞ or of the shape of λ(t) passes into n unseen. The correlation does not do either: it is .997 to .999 from
-    three heights, and .998 to 1 from one.
+    than ± ``WIDEST_N`` and the drops are from different heights: their initial stretches differ by ``LEAST_SPREAD``, or
+    their initial swings λ₀ − 1 by the factor ``LEAST_SWINGS``. The interval alone does not do: a single long clip makes
+    it narrow, but only as far as the model is exact, since at one height an error of the shape of λ(t) passes into n
+    unseen. The correlation does not do either: it is .997 to .999 from three heights, and .998 to 1 from one.
 
     Raises ``ConfigurationError`` where ``material`` makes no sense.
     """
@@ -108,7 +112,18 @@ def fit_flow(material: Material, drops: Sequence[Ringing], *, creep: bool = True
             break
         problem = kept
         minimum = minimise(problem.evaluate, minimum.x, problem.bounds, problem.scale)
-    return _result(material, problem, minimum)
+    return _result(material, problem, minimum, _shift_by_modulus(problem, minimum, g_inf_unc_pa))
+
+
+def _shift_by_modulus(problem: _Problem, minimum: Minimum, g_inf_unc_pa: float) -> FloatArray:
+    """By how much (ln flow, n) move where G∞ is larger by its uncertainty; 0 where that is not known."""
+    if not g_inf_unc_pa > 0.0:
+        return np.zeros(2)
+    stiffer = replace(problem.material, g_inf_pa=problem.material.g_inf_pa + g_inf_unc_pa)
+    other = _Problem(stiffer, math.log(find_groups(stiffer).flow), problem.drops, problem.creep)
+    moved = minimise(other.evaluate, minimum.x, other.bounds, other.scale).x
+    # The parameter is A* c_refⁿ, whose unit of time has changed with G∞.
+    return np.array([moved[0] - other.log_unit - minimum.x[0] + problem.log_unit, moved[1] - minimum.x[1]])
 
 
 def _clean(drop: Ringing) -> Ringing:
@@ -198,11 +213,24 @@ class _Problem:
         return _Problem(self.material, self.log_unit, kept, self.creep)
 
 
-def _result(material: Material, problem: _Problem, minimum: Minimum) -> Calibration:
+def _covariance(problem: _Problem, minimum: Minimum, shift: FloatArray) -> FloatArray:
+    """Covariance of the parameters from the residuals, their likeness along each drop, and the doubt about G∞."""
+    residual = minimum.residual
+    variance = float(residual @ residual) / max(residual.size - minimum.x.size, 1)
+    sizes = np.cumsum([drop.times_s.size for drop in problem.drops])[:-1]
+    products = sum(float(own[1:] @ own[:-1]) for own in np.split(residual, sizes))
+    alike = min(products / max(float(residual @ residual), 1e-300), MOST_CORRELATION)
+    if alike > 2.0 / math.sqrt(residual.size):  # less is what independent residuals show too
+        variance *= (1.0 + alike) / (1.0 - alike)
+    covariance = np.linalg.pinv(minimum.jacobian.T @ minimum.jacobian, hermitian=True) * variance
+    covariance[:2, :2] += np.outer(shift, shift)
+    return np.asarray(covariance)
+
+
+def _result(material: Material, problem: _Problem, minimum: Minimum, shift: FloatArray) -> Calibration:
     x, count, size = minimum.x, len(problem.drops), minimum.residual.size
     freedom = max(size - x.size, 1)
-    variance = float(minimum.residual @ minimum.residual) / freedom
-    covariance = np.linalg.pinv(minimum.jacobian.T @ minimum.jacobian, hermitian=True) * variance
+    covariance = _covariance(problem, minimum, shift)
     # to (ln ε̇₀, n): ln ε̇₀ = ln flow − n ln c_ref
     turn = np.array([[1.0, -math.log(REFERENCE_HARDENING)], [0.0, 1.0]])
     pair = turn @ covariance[:2, :2] @ turn.T
@@ -215,6 +243,7 @@ def _result(material: Material, problem: _Problem, minimum: Minimum) -> Calibrat
     inside = np.all((x > problem.bounds[0] + 1e-6) & (x < problem.bounds[1] - 1e-6))
     stretch_0 = x[2 : 2 + count]
     spread = float(np.ptp(stretch_0))
+    apart = spread >= LEAST_SPREAD or float(np.ptp(np.log(np.maximum(stretch_0 - 1.0, 1e-6)))) >= math.log(LEAST_SWINGS)
     narrow = bool(inside and minimum.converged and quantile * n_unc < WIDEST_N)
     return Calibration(
         material=found,
@@ -233,13 +262,13 @@ def _result(material: Material, problem: _Problem, minimum: Minimum) -> Calibrat
         stretch_viscous_0=np.exp(x[2 + 2 * count :]) if problem.creep else np.ones(count),
         residual_rms=float(np.sqrt(np.mean((minimum.residual / weights) ** 2))),
         points=size,
-        status="ok" if narrow and spread >= LEAST_SPREAD else "not_identified",
-        warning=_warning(count, spread, narrow),
+        status="ok" if narrow and apart else "not_identified",
+        warning=_warning(count, spread, narrow, apart),
     )
 
 
-def _warning(count: int, spread: float, narrow: bool) -> str:
-    if spread >= LEAST_SPREAD:
+def _warning(count: int, spread: float, narrow: bool, apart: bool) -> str:
+    if apart:
         return "" if narrow else "the stretch does not tell eps0_dot from n: longer or less noisy clips are needed"
     heights = "one drop" if count == 1 else f"{count} drops whose first peaks differ by {spread:.3f}"
     return f"{heights}: only the product eps0_dot c^n is known, not eps0_dot and n apart; add drops from other heights"

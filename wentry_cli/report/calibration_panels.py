@@ -1,4 +1,4 @@
-"""Figure 12b, and why 11 is not drawn: what the material's parameters come from."""
+"""Figures 11 and 12b: what the material's parameters come from."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ from wentry_cli.report.panel import NotDrawn, Panel
 from wentry_cli.report.style import GREY, WIDE_SIZE, plain
 
 IMPACT_TITLE = "Impact on a rigid surface"
+CALIBRATED = "model, calibrated"
+COMPRESSION_TITLE = "Quasi-static compression"
 
 
 def surface_impacts(campaign: Campaign) -> list[Panel | NotDrawn]:
@@ -27,23 +29,36 @@ def surface_impacts(campaign: Campaign) -> list[Panel | NotDrawn]:
         return [NotDrawn("12b", IMPACT_TITLE, "no drop on a rigid surface has a measured stretch")]
     spheres = sorted({drop.text("sphere_id") or drop.name for drop in drops})
     groups = {name: [drop for drop in drops if (drop.text("sphere_id") or drop.name) == name] for name in spheres}
-    return [_impact_panel(name, group) for name, group in groups.items()]
+    return [_impact_panel(name, group, campaign.calibration) for name, group in groups.items()]
 
 
-def _impact_panel(sphere: str, drops: list[DropResults]) -> Panel:
+def _fitted(drop: DropResults, calibration: pd.DataFrame) -> pd.DataFrame:
+    """The line of a drop: the model as calibrated, else from the first peak with its time scaled."""
+    own = calibration[calibration["drop"] == drop.name]
+    if own.empty:
+        return model_stretch(drop)
+    return pd.DataFrame({"series": CALIBRATED, "t_ms": 1e3 * own["t_s"], "stretch": own["stretch"]})
+
+
+def _impact_panel(sphere: str, drops: list[DropResults], calibration: pd.DataFrame) -> Panel:
     ordered = sorted(drops, key=lambda drop: (drop.number("impact_speed_m_s"), drop.name))
     tables = []
     for drop in ordered:
-        both = pd.concat([measured_stretch(drop), model_stretch(drop)], ignore_index=True)
+        both = pd.concat([measured_stretch(drop), _fitted(drop, calibration)], ignore_index=True)
         tables.append(both.assign(drop=drop.name, impact_speed_m_s=drop.number("impact_speed_m_s")))
     data = pd.concat(tables, ignore_index=True)
     caption = (
         f"Stretch of sphere {sphere} after impact on a rigid surface: measured (squares, with standard uncertainty) "
         "and the "
-        "viscoelastic model with its time scaled (lines). The darker, the faster."
+        "viscoelastic model (lines). The darker, the faster. "
     )
-    if not bool(data["series"].str.startswith("model").any()):
-        caption += " No line: the model did not run for these drops."
+    shown = set(data["series"])
+    if CALIBRATED in shown:
+        caption += "The lines are the joint fit of all heights, with λ and its viscous part at the first peak free."
+    elif any(name.startswith("model") for name in shown):
+        caption += "The lines are the material's, released from the first peak with time scaled; they are not fitted."
+    else:
+        caption += "No line: the model did not run for these drops."
     stem = f"fig_12b_{file_stem(sphere)}"
     return Panel(
         "12b", stem, f"{IMPACT_TITLE}, sphere {sphere}", caption, data, partial(_draw_impacts, data=data), WIDE_SIZE
@@ -63,15 +78,32 @@ def _draw_impacts(figure: FigureBase, data: pd.DataFrame) -> None:
             shown["t_ms"], shown["stretch"], yerr=shown["stretch_unc"], fmt="s", markersize=2.8, color=shade,
             elinewidth=0.5, markerfacecolor="none", markeredgewidth=0.7, label=label,
         )  # fmt: skip
-        line = rows[rows["series"] == "model, time scaled"]
+        line = rows[rows["series"].isin([CALIBRATED, "model, time scaled"])]
         ax.plot(line["t_ms"], line["stretch"], color=shade, linewidth=1.1)
     ax.set(xlabel="$t$ (ms)", ylabel=r"$\lambda$")
     ax.margins(x=0.02)
     ax.legend(loc="upper right")
 
 
-def compression(campaign: Campaign) -> NotDrawn:
-    """Panel 11, which needs the force–displacement curve: the results keep its G∞ alone, so the reason is returned."""
-    tested = bool((campaign.materials["source"] == "compression").any())
-    kept = "the results keep G∞ of the compression test (see Materials), not its curve"
-    return NotDrawn("11", "Quasi-static compression", kept if tested else "no compression test was made")
+def compression(campaign: Campaign) -> Panel | NotDrawn:
+    """Panel 11: force on displacement of every compression test, with the curve whose G∞ was fitted."""
+    data = campaign.compression
+    if data.empty:
+        return NotDrawn("11", COMPRESSION_TITLE, "no compression test was made")
+    caption = (
+        "Force of a sphere between two plates over its displacement: measured (squares) and the curve of a "
+        "neo-Hookean sphere without friction (lines), with G∞ and the zero of the displacement fitted."
+    )
+    return Panel("11", "fig_11_compression", COMPRESSION_TITLE, caption, data, partial(_draw_compression, data=data))
+
+
+def _draw_compression(figure: FigureBase, data: pd.DataFrame) -> None:
+    ax = figure.subplots()
+    for number, (name, rows) in enumerate(data.fillna({"sphere_id": ""}).groupby(["material", "sphere_id"])):
+        shown = rows.sort_values("displacement_m")
+        color, label = f"C{number % 10}", plain(" ".join(part for part in map(str, name) if part))
+        thousandth = 1e3 * shown["displacement_m"]
+        ax.plot(thousandth, shown["force_n"], "s", markersize=2.8, color=color, markerfacecolor="none", label=label)
+        ax.plot(thousandth, shown["force_model_n"], color=color, linewidth=1.1)
+    ax.set(xlabel="displacement (mm)", ylabel="force (N)")
+    ax.legend(loc="upper left")

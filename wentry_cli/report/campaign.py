@@ -78,6 +78,8 @@ class Campaign:
     scaling: pd.DataFrame
     materials: pd.DataFrame
     table_1: pd.DataFrame
+    compression: pd.DataFrame
+    calibration: pd.DataFrame
     run: Mapping[str, Any] = field(default_factory=dict)
     problems: tuple[str, ...] = ()
 
@@ -121,6 +123,8 @@ def read_campaign(results: Path, names: list[str], table_1: pd.DataFrame | None 
         scaling=_read(results, "scaling", problems),
         materials=_read(results, "materials", problems),
         table_1=pd.DataFrame(columns=TABLES["materials"].names) if table_1 is None else table_1,
+        compression=_read(results, "compression", problems),
+        calibration=_read(results, "calibration", problems),
         run=read_json(results / "run.json"),
         problems=tuple(problems),
     )

@@ -13,7 +13,7 @@ from wentry_cli.kinematics.ballistic import fit_parabola
 from wentry_cli.kinematics.centre import early_shape_time, early_shape_time_from_period
 from wentry_cli.kinematics.entry import EntryMotion, fall_before_impact, solve_entry_motion
 from wentry_cli.kinematics.state_pass import Ballistic
-from wentry_cli.stages.drop_tables import column, first_known, first_row, number
+from wentry_cli.stages.inputs.columns import column, first_known, first_row, number
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 from wentry_cli.tracking.scale import PixelMap, pixel_to_metre
 
@@ -122,15 +122,16 @@ def entry_motion(
 
     ``bottom`` defaults to ``y_b_m`` of ``side.csv``. The stages ``kinematics`` and ``model`` both come through here.
     """
-    side = read_table(folder, "side")
+    side, geometry = read_table(folder, "side"), first_row(folder, "geometry", view="side")
     return solve_entry_motion(
         column(side, "t_s"),
         bottom or (column(side, "y_b_m"), column(side, "y_b_m_unc")),
         stretch,
         drop.experiment.sphere.radius_m,
-        ballistic=_fall(side, first_row(folder, "geometry", view="side"), drop),
+        ballistic=_fall(side, geometry, drop),
         mode=drop.experiment.analysis.smoother,
         slow_s=_slow(folder, side, drop),
+        fixed_m=number(geometry, "surface_y_px_unc", 0.0) / number(geometry, "scale_px_per_m", math.inf),
     )
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.kinematics.merging import find_offset, merge_stretch
 from wentry_cli.kinematics.oscillation import Extremum, Oscillation, Period, find_oscillation
-from wentry_cli.stages.drop_tables import column
+from wentry_cli.stages.inputs.columns import column
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
 
 Array = NDArray[np.float64]
+LATEST_PEAK = 1.4  # periods after a peak at which the next one must have been seen, were it there to be seen
 UNUSABLE = ("no_object", "poor_fit", "bad_frame", "gap")
 
 
@@ -88,15 +89,32 @@ def _refined_offset(times: Array, side: tuple[Array, Array], top_times: Array, t
 
 
 def _periods_table(found: Oscillation) -> pd.DataFrame:
-    rows = [_row(period) for period in found.periods] or [{"period": 1, "status": found.status}]
+    rows = [_row(period, _status(k, found)) for k, period in enumerate(found.periods)]
+    rows = rows or [{"period": 1, "status": found.status}]
     names = sorted({name for row in rows for name in row})
     return new_table("periods", {name: [row.get(name) for row in rows] for name in names})
 
 
-def _row(period: Period) -> dict[str, float | int | str]:
-    """A row of ``periods.csv``; ok only where all of it is filled: the last peak of a clip has none after it."""
+def _status(k: int, found: Oscillation) -> str:
+    """Status of period ``k``: ok only where all of it is known, as it is not for the last peak that was found.
+
+    Its next peak came after the record (``clip_ended``), or was too low to be told from what is measured
+    (``not_identified``).
+    """
+    period, valley = found.periods[k], found.periods[k].valley
+    whole = np.isfinite([period.peak_to_peak_s, period.end_s, valley.stretch if valley else np.nan]).all()
+    if whole or period.status == "no_unit_crossing":
+        return period.status
+    before = found.periods[k - 1].peak_to_peak_s if k else np.nan
+    interval = before if np.isfinite(before) else 2.0 * (valley.time_s - period.peak.time_s) if valley else np.nan
+    assert found.track is not None
+    ended = found.track.frames.times_s[-1]
+    return "not_identified" if period.peak.time_s + LATEST_PEAK * interval < ended else "clip_ended"
+
+
+def _row(period: Period, status: str) -> dict[str, float | int | str]:
+    """A row of ``periods.csv``."""
     valley = period.valley or Extremum(np.nan, np.nan, np.nan, np.nan, False)
-    whole = bool(np.isfinite([period.peak_to_peak_s, period.end_s, valley.stretch]).all())
     return {
         "period": period.number,
         "t_start_s": period.start_s,
@@ -109,5 +127,5 @@ def _row(period: Period) -> dict[str, float | int | str]:
         "stretch_peak": period.peak.stretch,
         "stretch_peak_unc": period.peak.stretch_unc,
         "stretch_valley": valley.stretch,
-        "status": period.status if whole or period.status != "ok" else "clip_ended",
+        "status": status,
     }

@@ -118,25 +118,38 @@ def _first_passage(depth: Floats, t: Floats, grid: Floats) -> Floats:
     return np.interp(grid, deepest, t)
 
 
+def _free_times(depth: Floats, closes: Floats, t: Floats, top: Floats) -> Floats:
+    """Time from which every ring is closed and no longer covered by the sphere, whose top is at the depth ``top``.
+
+    A ring that closes on the sphere seals nothing before the sphere has sunk out of it. Infinite where never.
+    """
+    free = np.where(np.interp(closes, t, top) >= depth, closes, np.inf)
+    free[closes > t[-1]] = np.inf
+    for k in np.flatnonzero((closes <= t[-1]) & ~np.isfinite(free)):
+        later = np.flatnonzero((t > closes[k]) & (top >= depth[k]))
+        if later.size:
+            i = int(later[0])
+            share = (depth[k] - top[i - 1]) / (top[i] - top[i - 1]) if top[i] > top[i - 1] else 1.0
+            free[k] = max(float(closes[k]), float(t[i - 1] + share * (t[i] - t[i - 1])))
+    return free
+
+
 def _find_seal(motion: Motion, depth: Floats, closes: Floats) -> tuple[float, float, str]:
-    """First closure that is not inside the sphere: time, depth, type; at the uppermost ring it is a surface seal."""
-    order = np.argsort(closes)
-    times = closes[order]
-    use = times <= motion.end_s
-    if not use.any():
+    """First ring that is closed above the sphere: time, depth, type; at the uppermost ring it is a surface seal.
+
+    It is a sphere seal where the ring had closed on the sphere, or closes within a tenth of a radius above it.
+    """
+    t = np.linspace(0.0, motion.end_s, 20001)
+    top = -(motion.center(t)[0] + motion.radius_m / motion.stretch(t)[0] ** 2)
+    free = _free_times(depth, closes, t, top)
+    first = int(np.argmin(free))
+    if not np.isfinite(free[first]):
         return float("nan"), float("nan"), "none"
-    y, _, _ = motion.center(times[use])
-    stretch, _ = motion.stretch(times[use])
-    top = -(y + motion.radius_m / stretch**2)
-    free = np.flatnonzero(depth[order][use] <= top)
-    if free.size == 0:
-        return float("nan"), float("nan"), "none"
-    first = free[0]
-    z, t = float(depth[order][first]), float(times[first])
-    if z == depth[0]:
-        return t, 0.0, "surface_seal"
-    near_top = z > float(top[first]) - 0.1 * motion.radius_m
-    return t, z, "sphere_seal" if near_top or first > 0 else "deep_seal"
+    z, time = float(depth[first]), float(free[first])
+    if first == 0:
+        return time, 0.0, "surface_seal"
+    near_top = z > float(np.interp(time, t, top)) - 0.1 * motion.radius_m
+    return time, z, "sphere_seal" if near_top or time > closes[first] else "deep_seal"
 
 
 def _refine(depth: Floats, closes: Floats, z: float) -> tuple[float, float]:

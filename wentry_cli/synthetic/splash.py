@@ -46,6 +46,13 @@ def find_crown(course: Course, t: float, wall: Floats) -> Crown:
     return Crown(mouth, height, rim)
 
 
+def find_dome_height(course: Course) -> float:
+    """Height of the crown's rim when it meets on the axis; NaN where it does not within the clip."""
+    if course.cavity is None or not course.dome_over_s <= course.end_s:
+        return float("nan")
+    return find_crown(course, course.dome_over_s, course.cavity.wall(course.dome_over_s)).rim_height_m
+
+
 def draw_crown_profile(crown: Crown, ragged: float, seed: int) -> Floats:
     """Half profile of the crown's film from its base to its rim, (radius, height) in metres, shape (n, 2)."""
     share = np.linspace(0.0, 1.0, 25)

@@ -22,6 +22,7 @@ from wentry_cli.synthetic.outline import measure_outline
 from wentry_cli.synthetic.periods import PERIOD_DEFINITION, Periods, find_periods
 from wentry_cli.synthetic.ring_cavity import find_contact
 from wentry_cli.synthetic.side_view import Instant, find_film, see_instant
+from wentry_cli.synthetic.splash import find_dome_height
 from wentry_cli.synthetic.top_view import find_magnification, shows_circle
 
 Floats = NDArray[np.float64]
@@ -40,6 +41,9 @@ def find_separation(course: Course, now: Instant) -> float:
     relative = np.clip((-now.depth - now.y_c_m) / along, -1.0, 1.0)
     sphere = across * np.sqrt(1.0 - relative**2)
     off = (now.wall >= sphere * (1.0 - 1e-6)) & (now.depth <= contact)
+    if off.size > 1 and off[-1] and now.wall[-2] < sphere[-2] * (1.0 - 1e-6):
+        # the ring that is being laid touches the sphere in any case; where the one above it is wet, so is this
+        off[-1] = False
     if not off.any():
         top = now.y_c_m + along
         return float(min(top, 0.0)) if contact > 0.0 else 0.0
@@ -168,6 +172,7 @@ def summarise_truth(course: Course, side_times: Floats | None) -> dict[str, Any]
         "pinch_off_cavity": cavity.pinch_off_cavity if cavity and cavity.pinch_off_cavity else None,
         "seal_type": cavity.seal_type if cavity else None,
         "dome_over_s": _number(course.dome_over_s),
+        "dome_over_y_m": _number(find_dome_height(course)),
         "period_definition": PERIOD_DEFINITION if periods.ends_s else None,
         "periods": [
             {"start_s": _number(a), "end_s": _number(b)} for a, b in zip(periods.starts_s, periods.ends_s, strict=True)

@@ -21,6 +21,8 @@ LOST_AFTER = 3
 GIVEN_UP_AFTER = 60
 LARGEST_JUMP = 0.3
 STRETCHES = (1.0, 1.2, 0.85, 1.4)
+STRETCHES_LOST = (*STRETCHES, 1.65, 1.85, 0.75)  # a soft sphere that was lost may have any
+LATE_FRAMES, RISEN_PX = 3, 3.0
 UNREADABLE = {"bad_frame", "gap"}
 
 
@@ -28,13 +30,14 @@ UNREADABLE = {"bad_frame", "gap"}
 class Watch:
     """What a path is to be watched for.
 
-    ``learn`` hears of every measured frame, ``accept`` may refuse one that the sphere cannot have reached; a ``wet``
-    sphere that was lost is searched for in the whole frame; ``patience`` failures in a row end the path.
+    ``learn`` hears of every measured frame, ``accept`` may refuse one that the sphere cannot have reached. A lost
+    sphere is searched for in all rows from ``search_from_px`` down (NaN: nowhere); ``patience`` failures in a row end
+    the path.
     """
 
     learn: Callable[[Sighting], None] | None = None
     accept: Callable[[Sighting], bool] | None = None
-    wet: bool = False
+    search_from_px: float = math.nan
     patience: int = GIVEN_UP_AFTER
 
     def believes(self, sighting: Sighting, path: Path) -> bool:
@@ -61,8 +64,8 @@ def follow(
             sighting = Sighting(index, "poor_fit", wet=sighting.wet)
         if not sighting.traced and sighting.status not in UNREADABLE:
             lost += 1
-            if watch.wet and lost >= LOST_AFTER and lost % 2:
-                found_again = _search(frames, ground, path, index, plan)
+            if math.isfinite(watch.search_from_px) and lost >= LOST_AFTER and lost % 2:
+                found_again = _search(frames, ground, path, index, plan, watch.search_from_px)
                 sighting = found_again if found_again and watch.believes(found_again, path) else sighting
         if sighting.traced:
             path.add(index, _remembered(sighting, path.radius))
@@ -82,6 +85,9 @@ def _jumps(sighting: Sighting, path: Path) -> bool:
     shape = _remembered(sighting, path.radius)
     allowed = LARGEST_JUMP * path.radius + 2.0 * abs(sighting.frame - path.frames[-1])
     moved = shape.y - expected.y if sighting.circle else shape.bottom_y - expected.bottom_y
+    if abs(sighting.frame - path.frames[-1]) > LATE_FRAMES and moved < 0.0:
+        # the water may have held back a sphere that was out of sight: anywhere from where it was seen last
+        moved = min(0.0, shape.bottom_y - path.shapes[-1].bottom_y + RISEN_PX)
     return math.hypot(shape.x - expected.x, moved) > allowed
 
 
@@ -108,9 +114,22 @@ def _step(frames: Frames, ground: Background, path: Path, index: int, plan: Plan
     if moved is None:
         return first
     factors = STRETCHES if thorough and not path.stiff else (1.0,)
-    tries = [sight(frames, index, ground, _squeezed(moved, factor), look) for factor in factors]
-    good = [item for item in tries if item.ok and not _jumps(item, path)]
+    tries = [_look_again(frames, ground, path, index, plan, _squeezed(moved, factor)) for factor in factors]
+    good = [item for item in tries if item is not None and not _jumps(item, path)]
     return min(good, key=lambda item: item.fit.gated_fraction if item.fit else 1.0) if good else first
+
+
+def _look_again(
+    frames: Frames, ground: Background, path: Path, index: int, plan: Plan, guess: EllipseShape
+) -> Sighting | None:
+    """Look for the sphere about another guess, with the look that belongs to it; None where it is not there."""
+    look = plan(index, guess, path.velocity())
+    if isinstance(look, str):
+        return None
+    if look.tilt_deg is not None:
+        guess = replace(guess, tilt_deg=look.tilt_deg)
+    sighting = sight(frames, index, ground, guess, look)
+    return sighting if sighting.ok else None
 
 
 def _squeezed(shape: EllipseShape, factor: float) -> EllipseShape:
@@ -132,22 +151,18 @@ def _at_visible_bottom(
     return EllipseShape(guess.x, guess.y + shift, guess.radius, guess.stretch, guess.tilt_deg)
 
 
-def _search(frames: Frames, ground: Background, path: Path, index: int, plan: Plan) -> Sighting | None:
+def _search(frames: Frames, ground: Background, path: Path, index: int, plan: Plan, from_px: float) -> Sighting | None:
     try:
         whole = cut_patch(frames.read(index), 0, 0, ground)
     except FrameUnreadableError:
         return None
     expected = path.predict(index)
-    look = plan(index, expected, path.velocity())
-    if isinstance(look, str):
-        return None
-    top = look.top_y_px if math.isfinite(look.top_y_px) else 0.0
-    cap = find_lowest_cap(whole.values, path.radius, top_y=min(top, expected.y))
+    cap = find_lowest_cap(whole.values, path.radius, top_y=from_px)
     if cap is None or abs(cap.x - expected.x) > 2.0 * path.radius or abs(cap.y - expected.y) > 3.0 * path.radius:
         return None
-    guess = EllipseShape(cap.x, cap.y, path.radius, 1.0)
-    look = plan(index, guess, path.velocity())
-    if isinstance(look, str):
-        return None
-    sighting = sight(frames, index, ground, guess, look)
-    return sighting if sighting.ok else None
+    round_one = EllipseShape(cap.x, cap.y, path.radius, 1.0)
+    for factor in (1.0,) if path.stiff else STRETCHES_LOST:
+        found = _look_again(frames, ground, path, index, plan, _squeezed(round_one, factor))
+        if found is not None:
+            return found
+    return None

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wentry_cli.contours.ellipse import EllipseShape, SilhouetteFit
 
@@ -58,8 +60,7 @@ class Path:
         use = 3 if len(self.frames) == 3 and span <= LONGEST_CURVED_STEP else 2
         if span > 2 * LONGEST_CURVED_STEP:
             use = 2
-        at = np.array(self.frames[-use:], dtype=np.float64)
-        weights = lagrange_weights(at, float(frame))
+        weights = lagrange_weights(self.frames[-use:], frame)
         values = np.array([[item.x, item.bottom_y, item.semi_across] for item in self.shapes[-use:]])
         x, bottom, across = (float(value) for value in weights @ values)
         stretch = last.stretch if span > LONGEST_CURVED_STEP else across / self.radius
@@ -69,18 +70,20 @@ class Path:
         if span > LONGEST_CURVED_STEP:
             centre = float(weights @ np.array([item.y for item in self.shapes[-use:]]))
             return EllipseShape(x, centre, self.radius, stretch, last.tilt_deg)
-        shape = EllipseShape(x, 0.0, self.radius, stretch, last.tilt_deg)
-        return replace(shape, y=bottom - shape.bottom_y)
+        above = EllipseShape(x, 0.0, self.radius, stretch, last.tilt_deg).bottom_y
+        return EllipseShape(x, bottom - above, self.radius, stretch, last.tilt_deg)
 
 
-def lagrange_weights(at: np.ndarray, frame: float) -> np.ndarray:  # type: ignore[type-arg]
+def lagrange_weights(at: Sequence[float], frame: float) -> NDArray[np.float64]:
     """Weights of values at the points ``at`` for the polynomial through them, taken at ``frame``."""
-    weights = np.ones(at.size)
-    for i in range(at.size):
-        for j in range(at.size):
-            if i != j:
-                weights[i] *= (frame - at[j]) / (at[i] - at[j])
-    return weights
+    weights = []
+    for here in at:
+        weight = 1.0
+        for other in at:
+            if other != here:
+                weight *= (frame - other) / (here - other)
+        weights.append(weight)
+    return np.array(weights)
 
 
 def box_around(shape: EllipseShape, margin: float, *, above: float = 1.2) -> tuple[float, float, float, float]:

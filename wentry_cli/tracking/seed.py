@@ -18,6 +18,7 @@ LIKE_RADIUS = 0.08
 FEWEST_AGREEING = 2
 ENOUGH_AGREEING = 4
 LONGEST_SCAN = 240
+WHOLE_DEG = 330.0  # of outline: all of the sphere is seen, and the earliest such frame is the best
 
 Range = tuple[float, float]
 Sights = list[tuple[int, Candidate]]
@@ -43,14 +44,15 @@ def find_seed(
     """Find a frame to start from and return a path through it and a neighbour; None where no sphere is seen.
 
     Looks at the frames in ``indices``, then, should too few show one, at every second frame. What is seen in two frames
-    or more with the same radius is the sphere; a candidate whose bottom lies below the row ``lowest_px`` is none.
+    or more with the same radius is the sphere; a candidate whose bottom lies below the row ``lowest_px`` is none. The
+    path starts where most of the outline is seen, so that a sphere cut by the rim of the frame is followed from later.
     """
     limits = (radius_range, lowest_px)
     agreeing = _agreeing(_look_through(frames, ground, indices, limits))
     if len(agreeing) < FEWEST_AGREEING:
         every_second = range(0, min(frames.count, 2 * LONGEST_SCAN), 2)
         agreeing = _agreeing(_look_through(frames, ground, every_second, limits))
-    for index, seen in agreeing:
+    for index, seen in sorted(agreeing, key=lambda item: -min(item[1].span_deg, WHOLE_DEG)):
         for neighbour in (index + 1, index - 1):
             path = _pair(frames, ground, (index, seen), neighbour)
             if path is not None:

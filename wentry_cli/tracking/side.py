@@ -133,14 +133,14 @@ class WetTracker:
                 path.radius = self._radius(self.plan.pilot).value
 
         start = replace(path)
-        watch = Watch(learn, self._reachable, wet=True)
+        watch = Watch(learn, self._reachable, self.scene.ceiling_px)
         seen = self._follow(path, order, watch)
         water = self.scene.radius_water if self.scene.radius_water.known else self._radius(seen)
         if not self.plan.known and water.known:
             # too few frames told the radius on the way: what they told together serves all of them
             start.radius = water.value
             self.plan = self.plan.restarted()
-            seen = self._follow(start, order, Watch(self.plan.learn, self._reachable, wet=True))
+            seen = self._follow(start, order, Watch(self.plan.learn, self._reachable, self.scene.ceiling_px))
             again = self._radius(seen)
             water = again if again.count >= water.count else water
         return seen, water, self.check

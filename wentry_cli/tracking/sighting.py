@@ -22,7 +22,8 @@ from wentry_cli.tracking.source import Frames, read_patch
 # Beyond this, px and share of R, the bottom alone and the whole outline do not see the same sphere.
 LARGEST_OFFSET_PX, LARGEST_MISFIT = 0.5, 0.015
 CLEAR_GROUND_PX = 5.0
-CLEAR_GROUND = 0.85
+CLEAR_GROUND = 0.85  # of the plain ground nearby, which is looked for between these distances, before and behind
+BESIDE_PX, DARKEST_GROUND = (2.0, 4.0), 0.5
 MOST_CROWDED = 0.2
 
 Box = tuple[float, float, float, float]
@@ -122,7 +123,7 @@ def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighti
     lowest = extremes(fit.shape, look.departure)[1] if look.departure else fit.bottom_y_px
     if bottom is not None and not abs(bottom.y_px - lowest) < LARGEST_OFFSET_PX + LARGEST_MISFIT * fit.radius_px:
         bottom = replace(bottom, status="poor_fit")
-    separation = find_separation(patch, fit) if look.separation else None
+    separation = find_separation(patch, fit, departure=look.departure) if look.separation else None
     line = (look.top_y_px - fit.center_y_px) * fit.stretch**2 / fit.radius_px
     free = fit if " R" in look.free else None
     if look.also_free and free is None:
@@ -152,16 +153,21 @@ def ring_share(patch: Patch, fit: SilhouetteFit, distance_px: float) -> float:
     """Share of a circle's outline with no plain ground at a distance outside; 1 where nothing is in the patch.
 
     A splash ring stands close there. In a gap that is hardly wider than the blur the edge of the sphere and that of
-    the ring pull at each other.
+    the ring pull at each other. Plain is what is about as bright as the brightest nearby: the floor of a cavity is
+    darker than the ground, and the sphere stands out from it all the same.
     """
     angle = np.arange(0.0, 2.0 * math.pi, 2.0 * math.pi / 180)
-    reach = fit.radius_px + distance_px
+    away = np.append(np.arange(BESIDE_PX[0], distance_px + BESIDE_PX[1]), distance_px)
+    reach = fit.radius_px + away[:, None]
     column = np.rint(fit.center_x_px - patch.x0 + reach * np.cos(angle)).astype(np.intp)
     row = np.rint(fit.center_y_px - patch.y0 + reach * np.sin(angle)).astype(np.intp)
     inside = (row >= 0) & (column >= 0) & (row < patch.values.shape[0]) & (column < patch.values.shape[1])
-    if not inside.any():
+    if not inside[-1].any():
         return 1.0
-    return float(np.mean(patch.values[row[inside], column[inside]] < CLEAR_GROUND))
+    rows, columns = patch.values.shape
+    levels = np.nan_to_num(patch.values[np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1)])
+    plain = np.clip(np.where(inside, levels, 0.0).max(axis=0), DARKEST_GROUND, 1.0)
+    return float(np.mean((levels[-1] < CLEAR_GROUND * plain)[inside[-1]]))
 
 
 def radius_slope(fit: SilhouetteFit) -> NDArray[np.float64]:

@@ -24,7 +24,7 @@ HIDDEN_AFTER = 10
 # The softest spheres widen by 3 % of their radius a frame.
 FASTEST_GROWTH = 0.06
 SEARCH_STEP = 1
-SMALLEST_AGAIN, LARGEST_AGAIN, ALIKE_AGAIN, BRIGHT_AGAIN = 0.6, 2.4, 0.08, 0.7
+SMALLEST_AGAIN, LARGEST_AGAIN, ALIKE_AGAIN, BRIGHT_AGAIN = 0.6, 2.4, 0.08, 0.5
 
 
 def track_top(

@@ -95,13 +95,21 @@ class WetPlan:
         line = min(max(line, HIGHEST_SEPARATION), DEEPEST_SEPARATION)
         return max(guess.y + line * guess.semi_along, self.scene.ceiling_px)
 
+    def _whole_rigid(self, guess: EllipseShape) -> bool:
+        """Whether a rigid sphere is in the water to its middle.
+
+        A deformable sphere makes up for a wrong radius by its stretch and still agrees with the outline; a rigid one
+        does not, so that a radius from the air is never seen to tell enough.
+        """
+        return not self.scene.deformable and guess.y > self.scene.ceiling_px
+
     def __call__(self, index: int, guess: EllipseShape, velocity: tuple[float, float]) -> Look | str:
         """Decide on one frame."""
         if guess.bottom_y < self.scene.ceiling_px + SHALLOWEST * guess.radius:
             return "short_arc"
         if guess.bottom_y > self.frame_shape[0] - 2 or leaves_frame(guess, self.frame_shape):
             return "out_of_frame"
-        piloting = self.sees_enough and not self.known
+        piloting = not self.known and (self.sees_enough or self._whole_rigid(guess))
         free = "x y" + (" R" if piloting else "") + (" stretch" if self.scene.deformable else "")
         if piloting and self.scene.deformable and abs(guess.stretch - 1.0) > LEAST_OBLATE:
             free += " tilt"

@@ -51,6 +51,7 @@ def find_scales(drop: Drop, air: PooledRadius, water: PooledRadius, ground: Back
     """Scales from the radii: a number of the user wins, else the diameter, else the size below the surface.
 
     Where the light is clipped by the sensor the level of the edge is not known, and with it .45 % of the diameter.
+    Nothing is seen through water where there is none: that scale is then the one in air, and is not spoken of.
     """
     sphere, pair = drop.experiment.sphere, drop.view("side").scale_pair
     clipped = CLIPPED_EDGE if math.isfinite(ground.ceiling) else 0.0
@@ -65,6 +66,8 @@ def find_scales(drop: Drop, air: PooledRadius, water: PooledRadius, ground: Back
         values.append((scale, math.hypot(unc, clipped * scale)))
     air_source = "given" if pair.air != "auto" else ("diameter" if air.known else "wet_ellipse")
     wet_source = "given" if pair.water != "auto" else ("wet_ellipse" if water.known else "diameter")
+    if drop.experiment.kind != "water_entry":
+        return Scales(*values[0], *values[0], air_source)
     return Scales(*values[0], *values[1], f"air {air_source}, water {wet_source}")
 
 
@@ -80,6 +83,7 @@ def height_unc(
 ) -> NDArray[np.float64]:
     """Uncertainty of a height in m: that of the row, of the surface, and of the scales (see ``pixel_to_metre``).
 
+    The row of the surface is seen in air and moves all heights alike, in both media.
     A scale that both media share stretches the distance from the surface; two scales stretch those from the axis.
     """
     row = bottom[0]
@@ -87,7 +91,8 @@ def height_unc(
     scale = np.where(wet, scales.water, scales.air)
     by_air, by_water = scales.air_unc / scales.air**2, scales.water_unc / scales.water**2
     by_scale = (row - surface.y_px) * by_air
-    if scales.air != scales.water:
+    if (scales.air, scales.air_unc) != (scales.water, scales.water_unc):
         through_wall = np.hypot((surface.y_px - axis_px) * by_air, (row - axis_px) * by_water)
         by_scale = np.where(wet, through_wall, by_scale)
-    return np.asarray(np.sqrt((bottom[1] ** 2 + surface.unc_px**2) / scale**2 + by_scale**2))
+    by_surface = surface.unc_px / scales.air
+    return np.asarray(np.sqrt((bottom[1] / scale) ** 2 + by_surface**2 + by_scale**2))

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.imaging.background import Background
-from wentry_cli.stages.clip import Clip
-from wentry_cli.stages.track_rows import fit_columns, frame_status
-from wentry_cli.stages.track_side import SideResult, exposure_frames, fitting_level
+from wentry_cli.stages.inputs.clip import Clip
+from wentry_cli.stages.track.rows import fit_columns, frame_status
+from wentry_cli.stages.track.side import SideResult, exposure_frames, fitting_level
+from wentry_cli.tables import vouched
 from wentry_cli.tracking.seed import find_seed
 from wentry_cli.tracking.sighting import Sighting
 from wentry_cli.tracking.top import (
@@ -82,12 +83,8 @@ def measure_top(drop: Drop, clip: Clip, ground: Background, sampled: list[int], 
         stretch_unc = np.hypot(stretch_unc, side.shape_offset)
     columns: dict[str, Any] = {"frame": np.arange(clip.count), "t_s": clip.time_s - entry.impact_s[0]}
     columns |= {name: fits[name] for name in TOP_COLUMNS}
-    status = frame_status(clip.count, sightings)
-    filled = np.isfinite(stretch) & np.isfinite(columns["t_s"])
-    status = [
-        "not_identified" if word == "ok" and not full else word for word, full in zip(status, filled, strict=True)
-    ]
-    columns |= {"stretch": stretch, "stretch_unc": stretch_unc, "status": status}
+    columns |= {"stretch": stretch, "stretch_unc": stretch_unc, "status": frame_status(clip.count, sightings)}
+    columns["status"] = vouched("top", columns)
     problem = "" if seed is not None else "no sphere was found: check source, roi_px and polarity of views.top"
     if not problem and not math.isfinite(entry.impact_s[0]):
         problem = "the moment of impact is not seen from above: film the side too, or take a clip that holds the impact"

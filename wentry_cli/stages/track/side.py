@@ -8,13 +8,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wentry_cli.imaging.background import Background
 from wentry_cli.imaging.free_surface import SurfaceRow, find_free_surface, find_plate
-from wentry_cli.stages.clip import Clip
-from wentry_cli.stages.track_impact import NO_IMPACT, best_bottom, entry_impact
-from wentry_cli.stages.track_rows import side_columns
-from wentry_cli.stages.track_scales import NO_SCALES, Scales, find_scales, given_radii, height_unc, pixel_map
+from wentry_cli.stages.inputs.clip import Clip
+from wentry_cli.stages.track.impact import NO_IMPACT, best_bottom, entry_impact
+from wentry_cli.stages.track.rows import side_columns
+from wentry_cli.stages.track.scales import NO_SCALES, Scales, find_scales, given_radii, height_unc, pixel_map
+from wentry_cli.tables import vouched
 from wentry_cli.tracking.flight import air_plan, both_ways
 from wentry_cli.tracking.impact import Impact
 from wentry_cli.tracking.plate import PlateScene, track_plate
@@ -120,7 +122,7 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     columns = _in_metres(drop, clip, track.sightings, (scales, surface), track.check)
     _state_radius(columns, track.radius_air, track.radius_water)
     problem = "" if impact.status == "ok" else _why_no_impact(impact)
-    columns["t_s"] = clip.time_s - impact.time_s
+    columns = _dated(columns, clip.time_s - impact.time_s)
     return SideResult(columns, scales, surface, track.radius_air, impact, problem, track.check.stretch_offset)
 
 
@@ -144,7 +146,7 @@ def _measure_plate(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     impact = entry_impact(drop, clip, before, (plate, scales.air))
     columns = _in_metres(drop, clip, track.sightings, (scales, plate))
     _state_radius(columns, track.radius, NO_RADIUS)
-    columns["t_s"] = clip.time_s - impact.time_s
+    columns = _dated(columns, clip.time_s - impact.time_s)
     problem = "" if impact.status == "ok" else _why_no_impact(impact).replace("surface", "plate")
     return SideResult(columns, scales, plate, track.radius, impact, problem)
 
@@ -167,8 +169,14 @@ def _measure_flight(drop: Drop, clip: Clip, ground: Background, seed: Path) -> S
     if first is not None:
         zero = SurfaceRow(first.center_y_px, 0.0, 0.0, math.nan, "ok")
     columns = _in_metres(drop, clip, sightings, (scales, zero))
-    columns["t_s"] = clip.time_s - clip.time_s[0]
+    columns = _dated(columns, clip.time_s - clip.time_s[0])
     return SideResult(columns, scales, zero, radius, NO_IMPACT)
+
+
+def _dated(columns: dict[str, Any], t_s: NDArray[np.float64]) -> dict[str, Any]:
+    """The columns with their times, and with status words that keep their promise."""
+    columns = columns | {"t_s": t_s}
+    return columns | {"status": vouched("side", columns)}
 
 
 def _state_radius(columns: dict[str, Any], air: PooledRadius, water: PooledRadius) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from wentry_cli.kinematics.entry import fall_before_impact, fall_speed, impact_velocity
 from wentry_cli.kinematics.interpolation import hermite, nearest
 from wentry_cli.scaling.dimensionless import velocity_loss
-from wentry_cli.stages.drop_tables import column, first_row, number
+from wentry_cli.stages.inputs.columns import column, first_row, number
 from wentry_cli.tables import has_table, read_table
 
 if TYPE_CHECKING:
@@ -42,9 +42,9 @@ NO_SPEEDS = Speeds(*(math.nan,) * 6, source="")
 
 def measured_speeds(folder: Path, drop: Drop) -> Speeds:
     """Speeds of an entry, from the first of the tables that knows both (a rigid sphere: U₀), else U₀ alone."""
-    air, water = _scale_uncertainties(folder, drop)
+    air, water = scale_uncertainties(folder, drop)
     found = [
-        _speeds_from(read_table(folder, name), folder, name, (air, water))
+        _speeds_from(read_table(folder, name), folder, name, (air, water), drop.experiment.gravity_m_s2)
         for name in preferred_sources(drop)
         if has_table(folder, name)
     ]
@@ -61,7 +61,7 @@ def preferred_sources(drop: Drop) -> tuple[str, ...]:
 def impact_speed_alone(folder: Path, drop: Drop) -> Speeds:
     """U₀ of a drop on a rigid surface, from its heights before impact."""
     side, experiment = read_table(folder, "side"), drop.experiment
-    air, _ = _scale_uncertainties(folder, drop)
+    air, _ = scale_uncertainties(folder, drop)
     fall = fall_before_impact(
         experiment.gravity_m_s2,
         number({"v": experiment.drop.impact_speed_m_s}, "v", 5.0),
@@ -97,10 +97,15 @@ def velocity_before_impact(table: pd.DataFrame) -> tuple[float, float]:
     )
 
 
-def _speeds_from(table: pd.DataFrame, folder: Path, source: str, scale: tuple[float, float]) -> Speeds:
-    """U₀ and U₁ of one table; the scale's error is common to both and drops out of ΔU/U₀ where the scales agree."""
+def _speeds_from(table: pd.DataFrame, folder: Path, source: str, scale: tuple[float, float], gravity: float) -> Speeds:
+    """U₀ and U₁ of one table; the scale's error is common to both and drops out of ΔU/U₀ where the scales agree.
+
+    A sphere that falls is faster where the impact is taken later: its uncertain moment counts in U₀.
+    """
     air, water = scale
     velocity, noise = velocity_before_impact(table)
+    late = number(first_row(folder, "geometry", view="side"), "impact_time_s_unc", 0.0)
+    noise = math.hypot(noise, late * gravity)
     impact = -velocity
     impact_unc = math.hypot(noise, impact * air)
     period = first_row(folder, "periods")
@@ -118,17 +123,17 @@ def _speeds_from(table: pd.DataFrame, folder: Path, source: str, scale: tuple[fl
     return Speeds(impact, impact_unc, after, after_unc, loss, loss_unc, source)
 
 
-def _scale_uncertainties(folder: Path, drop: Drop) -> tuple[float, float]:
+def scale_uncertainties(folder: Path, drop: Drop) -> tuple[float, float]:
     """Relative uncertainties of the scales in air and water, no less than that of the diameter they rest on."""
     geometry = first_row(folder, "geometry", view="side")
     sphere = drop.experiment.sphere
-    least = sphere.diameter_m_unc / sphere.diameter_m if text_is_auto(drop) else 0.0
+    least = sphere.diameter_m_unc / sphere.diameter_m if scale_from_diameter(drop) else 0.0
     air = number(geometry, "scale_px_per_m_unc", 0.0) / number(geometry, "scale_px_per_m", math.inf)
     water = number(geometry, "scale_water_px_per_m_unc", 0.0) / number(geometry, "scale_water_px_per_m", math.inf)
     return max(air, least), max(water, least)
 
 
-def text_is_auto(drop: Drop) -> bool:
+def scale_from_diameter(drop: Drop) -> bool:
     """Whether a scale of the side view is taken from the diameter."""
     view = drop.experiment.views.side
     return view is not None and "auto" in (view.scale_pair.air, view.scale_pair.water)

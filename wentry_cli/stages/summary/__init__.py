@@ -7,14 +7,11 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from wentry_cli.cavity.cavity_number import pinch_off_cavity
-from wentry_cli.scaling import dimensionless
-from wentry_cli.stages.drop_forces import forces_table
-from wentry_cli.stages.drop_numbers import numbers_of
-from wentry_cli.stages.drop_speeds import NO_SPEEDS, Speeds, impact_speed_alone, measured_speeds
-from wentry_cli.stages.drop_tables import Row, column, first_row, number, text
+from wentry_cli.stages.inputs.columns import Row, column, first_row, number, text
+from wentry_cli.stages.summary.forces import forces_table
+from wentry_cli.stages.summary.numbers import numbers_of
+from wentry_cli.stages.summary.pinch_off import pinch_off_columns
+from wentry_cli.stages.summary.speeds import NO_SPEEDS, Speeds, impact_speed_alone, measured_speeds
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 
 if TYPE_CHECKING:
@@ -38,7 +35,7 @@ def run(folder: Path, drop: Drop) -> None:
     if experiment.deformable:
         row |= _oscillation(folder)
     if experiment.kind == "water_entry":
-        row |= _pinch_off(folder, drop, pinch_off, speeds.impact)
+        row |= pinch_off_columns(folder, drop, pinch_off, speeds.impact)
         if has_table(folder, "kinematics"):
             write_table(folder, "forces", forces_table(folder, drop, speeds, number(pinch_off, "t_s")))
     _cross_check(drop.name, speeds.impact, row["speed_from_height_m_s"])
@@ -140,36 +137,6 @@ def _peaks(folder: Path) -> list[float]:
     return [float(v) for v in column(read_table(folder, "periods"), "stretch_peak")]
 
 
-def _pinch_off(folder: Path, drop: Drop, event: Row, impact_speed: float) -> Row:
-    """When, where and how the cavity closes, and the diameter that scales it."""
-    diameter, gravity = drop.experiment.sphere.diameter_m, drop.experiment.gravity_m_s2
-    t_p, y_p, seal = number(event, "t_s"), number(event, "y_m"), text(event, "value")
-    row: Row = {"t_p_s": t_p, "t_p_s_unc": number(event, "t_s_unc"), "y_p_m": y_p, "seal_type": seal or None}
-    row["tp_u0_over_d"] = t_p * impact_speed / diameter
-    effective = math.nan
-    if drop.experiment.sphere.rigid:
-        effective = diameter if math.isfinite(t_p) and seal != "sphere_seal" else math.nan
-    elif math.isfinite(t_p):
-        cavity = _cavity_number(folder, y_p)
-        row["pinch_off_cavity"] = cavity
-        peaks = _peaks(folder)
-        if cavity is not None and cavity <= len(peaks) and seal != "sphere_seal":
-            effective = dimensionless.effective_diameter(diameter, peaks[cavity - 1])
-    row["diameter_eff_m"] = effective
-    if math.isfinite(effective):
-        row["froude_eff"] = dimensionless.froude(impact_speed, effective, gravity)
-        row["tp_u0_over_deff"] = t_p * impact_speed / effective
-    return row
-
-
-def _cavity_number(folder: Path, neck_y_m: float) -> int | None:
-    if not (has_table(folder, "periods") and has_table(folder, "side")):
-        return None
-    side, starts = read_table(folder, "side"), column(read_table(folder, "periods"), "t_start_s")
-    starts = starts[np.isfinite(starts)]
-    return pinch_off_cavity(neck_y_m, column(side, "t_s"), column(side, "separation_y_m"), starts)
-
-
 def _status(folder: Path, drop: Drop, row: Row, pinch_off: Row) -> str:
     """The first reason why a number that this scene calls for is missing; ok where none is."""
     if row["frames_measured"] < drop.experiment.analysis.min_frames:
@@ -180,7 +147,7 @@ def _status(folder: Path, drop: Drop, row: Row, pinch_off: Row) -> str:
     if drop.experiment.kind == "water_entry" and drop.experiment.views.side is not None:
         reasons.append((row["t_p_s"], text(pinch_off, "status") or "no_neck"))
         reasons.append((row["impact_speed_m_s"], "no_object"))
-        if row["seal_type"] is not None and row["seal_type"] != "sphere_seal":
+        if row["seal_type"] == "deep_seal":
             reasons.append((row["diameter_eff_m"], "not_identified"))
         if drop.experiment.deformable:
             reasons.append((row["delta_u_over_u0"], text(first_row(folder, "periods"), "status") or "too_few"))

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from wentry_cli.config.moved import uncertainty_by_hand
 from wentry_cli.scaling import dimensionless
-from wentry_cli.stages.drop_speeds import Speeds
-from wentry_cli.stages.drop_tables import Row
+from wentry_cli.stages.inputs.columns import Row
+from wentry_cli.stages.summary.speeds import Speeds
 
 if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.errors import FrameUnreadableError, InputError
+from wentry_cli.frames.decoded import found_once
 from wentry_cli.frames.formats import open_recording
 from wentry_cli.frames.oriented import orient
 from wentry_cli.imaging.background import Background, build_background
@@ -45,6 +46,11 @@ class Clip:
             if status in {"bad_frame", "gap"}
         }
         self._kept: dict[int, NDArray[Any]] = {}
+
+    @property
+    def unreadable(self) -> tuple[tuple[int, str], ...]:
+        """The frames that cannot be read, each with its status."""
+        return tuple(sorted(self._bad.items()))
 
     def read(self, index: int, region: tuple[int, int, int, int] | None = None) -> NDArray[Any]:
         """Raw grey levels of a frame or of a region of it."""
@@ -112,8 +118,13 @@ def open_clip(folder: Path, drop: Drop, name: str) -> Clip:
 def flat_field(drop: Drop, name: str, clip: Clip) -> tuple[Background, list[int]]:
     """The empty scene of a view as its configuration says (``background``), and the frames sampled from the clip.
 
-    Raises ``InputError`` where the background file does not fit the recording.
+    It is the same for all stages of a run. Raises ``InputError`` where the background file does not fit the recording.
     """
+    key = ("flat field", drop.folder, name, drop.view(name).model_dump_json(), clip.unreadable)
+    return found_once(key, lambda: _flat_field(drop, name, clip))
+
+
+def _flat_field(drop: Drop, name: str, clip: Clip) -> tuple[Background, list[int]]:
     view = drop.view(name)
     samples, sampled = clip.sample()
     if view.background == "auto":

@@ -1,0 +1,129 @@
+"""When a cavity leaves the surface: its highest point, seen below the band of the surface or continued into it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+BLUR_PX = 1.0  # beside the band of the surface, where its blur is fainter than a wall
+FIT_ROWS, FEWEST_ROWS = 8, 5  # below the band, from which the top is continued
+LEAST_FALL_PX = 3.0
+FEWEST_FRAMES = 4
+LONGEST_JUMP_PX, LONGEST_JUMP_RADII = (
+    8.0,
+    0.2,
+)  # between two frames: beyond it another part of the cavity is the highest
+NEAR_PX, MOST_FRAMES = 3.0, 12  # about the surface, where the path is straight enough
+APEX_UNC, LEAST_APEX_UNC_PX = 0.25, 0.6  # of the rows that the band hides: so well a continued top is known
+
+
+@dataclass(frozen=True)
+class Detachment:
+    """When the highest point of the cavity was at the surface for the last time, s; NaN where it never left."""
+
+    t_s: float
+    t_unc_s: float
+
+
+NO_DETACHMENT = Detachment(float("nan"), float("nan"))
+
+
+def hidden_rows(surface_unc_px: float) -> float:
+    """Rows below the middle of the surface that its dark band hides.
+
+    The uncertainty of its row is a twelfth of what the band is thicker than 3 px (``imaging.free_surface``).
+    """
+    return 1.5 + 6.0 * surface_unc_px + BLUR_PX
+
+
+def find_apex(depth_px: Floats, width_px: Floats, hidden_px: float) -> float:
+    """Return the depth at which the cavity's top closes, px below the surface; negative while it is open there.
+
+    ``depth_px`` and ``width_px`` (n,) are rows below the surface and the width there. The square of the width (near
+    its closure a top is an ellipsoid, a mouth a hyperboloid) follows a parabola over ``FIT_ROWS`` below the band and
+    is continued to zero; NaN where that does not close upwards.
+    """
+    open_rows = np.flatnonzero((depth_px > hidden_px) & (width_px > 0.0))
+    if open_rows.size == 0:
+        return float("nan")
+    first = int(open_rows[0]) + (depth_px[open_rows[0]] > hidden_px + 1.0)  # a top row in sight is half blur
+    rows, squares = depth_px[first : first + FIT_ROWS], width_px[first : first + FIT_ROWS] ** 2
+    rows, squares = rows[np.isfinite(squares)], squares[np.isfinite(squares)]
+    for _ in range(2):  # twice without the worst row: between a steep and a less steep wall the smoothing leaves a step
+        if rows.size < FEWEST_ROWS:
+            return float("nan")
+        parabola = np.polyfit(rows, squares, 2)
+        worst = int(np.argmax(np.abs(np.polyval(parabola, rows) - squares)))
+        rows, squares = np.delete(rows, worst), np.delete(squares, worst)
+    zeros = np.roots(np.polyfit(rows, squares, 2))
+    above = np.asarray(zeros[np.isreal(zeros)].real)
+    above = above[above < rows[0] + 0.5]
+    return float(above.max()) if above.size else float("nan")
+
+
+def find_detachment(
+    time_s: Floats, top_px: Floats, apex_px: Floats, *, hidden_px: float, radius_px: float
+) -> Detachment:
+    """Find when the cavity left the surface.
+
+    Parameters
+    ----------
+    time_s, top_px, apex_px : (n,) arrays
+        Time, depth of the highest row of the cavity and depth of its apex (``find_apex``) below the surface in every
+        frame, NaN where it was not seen.
+    hidden_px, radius_px : float
+        Rows that the band of the surface hides, radius of the undeformed sphere.
+
+    Notes
+    -----
+    A cavity whose parts between it and the surface were lost has not left it: the path of the highest row must begin
+    at the surface, be continuous and lead away for good. When it began is where the apex crosses the surface.
+    """
+    seen = np.flatnonzero(np.isfinite(time_s) & np.isfinite(top_px))
+    depth = top_px[seen]
+    at_surface = np.flatnonzero(depth <= hidden_px)
+    if at_surface.size == 0:
+        return NO_DETACHMENT
+    last = int(at_surface[-1])
+    jumps = np.flatnonzero(np.abs(np.diff(depth[last:])) > max(LONGEST_JUMP_PX, LONGEST_JUMP_RADII * radius_px))
+    end = last + int(jumps[0]) + 1 if jumps.size else depth.size
+    if end - last <= FEWEST_FRAMES or depth[last + 1 : end].max() < hidden_px + LEAST_FALL_PX:
+        return NO_DETACHMENT
+    time, depth, apex = time_s[seen[:end]], depth[:end], apex_px[seen[:end]]
+    found = _crossing(time, apex, max(APEX_UNC * hidden_px, LEAST_APEX_UNC_PX))
+    return found or _from_sight(time[last:], depth[last:], hidden_px)
+
+
+def _crossing(time: Floats, apex: Floats, apex_unc_px: float) -> Detachment | None:
+    """Zero of a line through the apex about its last crossing of the surface."""
+    open_frames = np.flatnonzero(apex <= 0.0)
+    if open_frames.size == 0 or open_frames[-1] == apex.size - 1:
+        return None
+    crossing = int(open_frames[-1])
+    far = np.flatnonzero(np.abs(apex) > NEAR_PX)
+    before, after = far[far <= crossing], far[far > crossing]
+    first = max(int(before[-1]) + 1 if before.size else 0, crossing - MOST_FRAMES)
+    stop = min(int(after[0]) if after.size else apex.size, crossing + MOST_FRAMES)
+    known = first + np.flatnonzero(np.isfinite(apex[first:stop]))
+    if known.size < 2:
+        return None
+    rate, level = np.polyfit(time[known] - time[crossing], apex[known], 1)
+    if rate <= 0.0:
+        return None
+    misfit = float(np.std(apex[known] - level - rate * (time[known] - time[crossing])))
+    step = float(np.median(np.diff(time)))
+    unc = np.hypot(np.hypot(apex_unc_px, misfit) / rate, 0.5 * step)
+    return Detachment(float(time[crossing] - level / rate), float(unc))
+
+
+def _from_sight(time: Floats, depth: Floats, hidden_px: float) -> Detachment:
+    """Within the time that the path in sight takes for the rows that the band hides, before its first frame."""
+    rate = float(np.polyfit(time, depth, 1)[0])
+    if rate <= 0.0:
+        return NO_DETACHMENT
+    half = 0.5 * hidden_px / rate
+    return Detachment(float(time[0] - half), float(half / np.sqrt(3.0) + 0.5 * (time[1] - time[0])))

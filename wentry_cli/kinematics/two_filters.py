@@ -1,0 +1,134 @@
+"""Smoothed states of the model in ``state_space``: a filter forward, an information filter backward, joined, O(n)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.compiled import compiled
+from wentry_cli.kinematics.square_root import (
+    advance,
+    forget,
+    join,
+    jump_root,
+    recall,
+    scale_noise,
+    take_in,
+    triangular,
+    unit_root,
+    widen,
+)
+from wentry_cli.kinematics.state_space import add_noise, density, predict
+
+Array = NDArray[np.float64]
+
+
+@compiled
+def filter_forward(
+    nodes: Array, law: Array, events: Array, strengths: Array, start_mean: Array, start_covariance: Array
+) -> tuple[Array, Array]:
+    """Return filtered means (n, m) and roots of the covariances (n, m, m) after each node.
+
+    ``start_covariance`` is diagonal.
+    """
+    n, m = nodes.shape[0], start_mean.shape[0]
+    means, roots = np.zeros((n, m)), np.zeros((n, m, m))
+    unit, noise, wide = unit_root(m), np.empty((m, m)), np.empty((m, 2 * m))
+    x = start_mean.copy().reshape(m, 1)
+    S = np.sqrt(start_covariance)
+    now = nodes[0, 0]
+    for k in range(n):
+        step = nodes[k, 0] - now
+        if step > 0.0:
+            scale_noise(unit, step, density(law, events, strengths, now, nodes[k, 0]), noise)
+            advance(x, step)
+            advance(S, step)
+            widen(S, noise, wide)
+        now = nodes[k, 0]
+        event = int(nodes[k, 3])
+        if event >= 0:
+            jump_root(law, strengths[event], nodes[k], noise)
+            widen(S, noise, wide)
+        else:
+            take_in(x[:, 0], S, nodes[k, 1], nodes[k, 2])
+        means[k] = x[:, 0]
+        roots[k] = S
+    return means, roots
+
+
+@compiled
+def filter_backward(nodes: Array, law: Array, events: Array, strengths: Array, m: int) -> tuple[Array, Array]:
+    """Return information vectors (n, m) and roots (n, m, m) of what each node and all after it know, just before it."""
+    n = nodes.shape[0]
+    vectors, roots = np.zeros((n, m)), np.zeros((n, m, m))
+    unit, noise, wide = unit_root(m), np.empty((m, m)), np.empty((m, m + 1))
+    z, R = np.zeros((m, 1)), np.zeros((m, m))
+    for k in range(n - 1, -1, -1):
+        if k < n - 1:
+            step = nodes[k + 1, 0] - nodes[k, 0]
+            scale_noise(unit, step, density(law, events, strengths, nodes[k, 0], nodes[k + 1, 0]), noise)
+            recall(z, R, step, noise)
+        event = int(nodes[k, 3])
+        if event >= 0:
+            jump_root(law, strengths[event], nodes[k], noise)
+            forget(z[:, 0], R, noise)
+        else:
+            wide[:, m] = 0.0
+            wide[:, :m] = R
+            wide[0, m] = 1.0 / math.sqrt(nodes[k, 2])
+            triangular(wide, R)
+            z[0, 0] += nodes[k, 1] / nodes[k, 2]
+        vectors[k] = z[:, 0]
+        roots[k] = R
+    return vectors, roots
+
+
+@compiled
+def evaluate(
+    queries: Array,
+    anchors: NDArray[np.int64],
+    nodes: Array,
+    law: Array,
+    events: Array,
+    strengths: Array,
+    filtered: tuple[Array, Array],
+    ahead: tuple[Array, Array],
+) -> tuple[Array, Array]:
+    """Smoothed mean (n, m) and covariance (n, m, m) at any time.
+
+    ``anchors`` names, for each query, the last node at or before it (−1 before the first node).
+    """
+    count, m, last = queries.shape[0], filtered[0].shape[1], nodes.shape[0] - 1
+    states, spreads = np.empty((count, m)), np.empty((count, m, m))
+    unit, noise, wide, work = unit_root(m), np.empty((m, m)), np.empty((m, 2 * m)), np.empty((2, m, m))
+    x, S, z, R = np.empty((m, 1)), np.empty((m, m)), np.empty((m, 1)), np.empty((m, m))
+    for i in range(count):
+        k = max(anchors[i], 0)
+        back = anchors[i] < 0
+        here = nodes[k, 0] if back else max(queries[i], nodes[k, 0])
+        x[:, 0] = filtered[0][k]
+        S[:] = filtered[1][k]
+        # the filter crossed this gap with one mean density: any other here would not match it
+        q = density(law, events, strengths, nodes[k, 0], nodes[k + 1, 0] if k < last else here)
+        step = here - nodes[k, 0]
+        if step > 0.0:
+            scale_noise(unit, step, q, noise)
+            advance(x, step)
+            advance(S, step)
+            widen(S, noise, wide)
+        z[:] = 0.0
+        R[:] = 0.0
+        if k < last:
+            z[:, 0] = ahead[0][k + 1]
+            R[:] = ahead[1][k + 1]
+            scale_noise(unit, nodes[k + 1, 0] - here, q, noise)
+            recall(z, R, nodes[k + 1, 0] - here, noise)
+        join(x[:, 0], S, z[:, 0], R, work)
+        if back:
+            predict(x[:, 0], S, queries[i] - here, 0.0)
+            add_noise(S, queries[i] - here, density(law, events, strengths, queries[i], here))
+        states[i] = x[:, 0]
+        spreads[i] = S
+    return states, spreads

@@ -1,0 +1,151 @@
+"""Calibration of materials into ``materials.csv`` from measured drops on a rigid surface."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from wentry_cli.errors import ConfigurationError, InputError, TooFewMeasurementsError
+from wentry_cli.mechanics.calibration import Calibration, Ringing, fit_flow
+from wentry_cli.mechanics.solver import solve_oscillation
+from wentry_cli.stages.calibrate.rows import Row, merge_rows, say_kept
+from wentry_cli.stages.inputs.columns import column
+from wentry_cli.stages.model import first_peak, sphere_material
+from wentry_cli.tables import has_table, new_table, read_table, write_table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from wentry_cli.config.campaign import Drop
+
+CURVE_ROWS = 400  # of the fitted model of one drop
+
+
+def calibrate_impact(results: Path, drops: Sequence[Drop]) -> list[str]:
+    """Fit ε̇₀ and n of every sphere to its measured ``surface_impact`` drops in ``results``; returns the warnings.
+
+    All heights of a sphere are fitted together. Rows of other spheres and of compression tests stay in
+    ``materials.csv``, and so does a good row where the new fit is not ``ok``. ``calibration.csv`` gets the fitted λ(t)
+    of every drop. Raises ``InputError`` where no such drop was measured, ``ConfigurationError`` where a sphere has no
+    material to start from (G∞ must be known), ``TooFewMeasurementsError`` where no sphere could be fitted; the tables
+    are written before that.
+    """
+    rows, warnings, curves = [], [], []
+    for sphere_id, given in drops_by_sphere(results, drops).items():
+        own = [_with_compression(results, drop) for drop in given]
+        seen = {drop.name: ringing for drop in own if (ringing := _ringing(results / drop.name)) is not None}
+        fit = _fit_sphere(own, list(seen.values()))
+        curves += [_curve(results, sphere_id, name, (fit, k)) for k, name in enumerate(seen) if fit.status != "too_few"]
+        rows.append(_impact_row(own[0], sphere_id, fit))
+        if fit.warning:
+            warnings.append(f"{sphere_id}: {fit.warning}")
+    write_table(results, "calibration", _joined("calibration", curves))
+    kept = [f"{row['sphere_id']}: {say_kept(results)}" for row in merge_rows(results, rows)]
+    if all(row["status"] == "too_few" for row in rows):
+        raise TooFewMeasurementsError(f"{results}: no sphere could be calibrated; {'; '.join(warnings[:1] + kept[:1])}")
+    return warnings + kept
+
+
+def drops_by_sphere(results: Path, drops: Sequence[Drop]) -> dict[str, list[Drop]]:
+    """The drops of each sphere that are fitted together; raises ``InputError`` where there is none."""
+    groups: dict[str, list[Drop]] = {}
+    for drop in sorted(drops, key=lambda each: each.name):
+        if drop.experiment.kind == "surface_impact" and drop.experiment.deformable:
+            groups.setdefault(drop.experiment.sphere.group, []).append(drop)
+    if not groups:
+        raise InputError(
+            f"{results}: holds no drop of kind surface_impact; process drops on a rigid surface first, "
+            "at several heights for each sphere"
+        )
+    return groups
+
+
+def why_unused(results: Path, drop: Drop) -> str | None:
+    """Why ``drop`` adds nothing to a calibration, or ``None`` where it does."""
+    if not has_table(results / drop.name, "stretch"):
+        return "its stretch was not measured"
+    return None if _ringing(results / drop.name) is not None else "its first peak was not measured"
+
+
+def _with_compression(results: Path, drop: Drop) -> Drop:
+    """The drop with G∞ of its material from a compression test in ``results``, where there was one."""
+    if drop.material is None or not has_table(results, "materials"):
+        return drop
+    rows = read_table(results, "materials")
+    rows = rows[(rows["material"] == drop.experiment.sphere.material) & (rows["source"] == "compression")]
+    rows = rows[rows["status"] == "ok"]
+    if not len(rows):
+        return drop
+    known = {name: float(rows[name].iloc[-1]) for name in ("g_inf_pa", "g_inf_pa_unc")}
+    return replace(drop, material=drop.material.model_copy(update=known))
+
+
+def _joined(name: str, parts: list[pd.DataFrame]) -> pd.DataFrame:
+    import pandas as pd
+
+    return pd.concat(parts, ignore_index=True) if parts else new_table(name, {})
+
+
+def _curve(results: Path, sphere_id: str, name: str, fitted: tuple[Calibration, int]) -> pd.DataFrame:
+    """The fitted model of one drop over its clip: what the calibration saw beside the measured stretch."""
+    fit, k = fitted
+    stretch, first = read_table(results / name, "stretch"), first_peak(read_table(results / name, "periods"))
+    times = np.linspace(0.0, max(float(stretch["t_s"].max()) - first.time_s, 0.0), CURVE_ROWS)
+    own = np.maximum(times - fit.shift_s[k], 0.0)
+    model = solve_oscillation(
+        fit.material, float(fit.stretch_0[k]), own, viscous_0=float(fit.stretch_viscous_0[k]), tolerance=1e-8
+    )
+    columns = {"t_s": first.time_s + times, "stretch": model.stretch, "stretch_viscous": model.stretch_viscous}
+    return new_table("calibration", {"drop": [name] * CURVE_ROWS, "sphere_id": [sphere_id] * CURVE_ROWS, **columns})
+
+
+def _fit_sphere(drops: list[Drop], ringings: list[Ringing]) -> Calibration:
+    for drop in drops:
+        if drop.material is None:
+            raise ConfigurationError(
+                f"{drop.folder / 'experiment.yaml'}: sphere.material is missing; calibration needs its G_inf and G_T, "
+                "so name a material of materials.yaml"
+            )
+    known = drops[0].material
+    return fit_flow(sphere_material(drops[0]), ringings, g_inf_unc_pa=known.g_inf_pa_unc if known is not None else 0.0)
+
+
+def _ringing(folder: Path) -> Ringing | None:
+    """λ(t) of a drop after its first peak; None where no peak was measured."""
+    if not (has_table(folder, "stretch") and has_table(folder, "periods")):
+        return None
+    stretch, first = read_table(folder, "stretch"), first_peak(read_table(folder, "periods"))
+    if not first.found:
+        return None
+    times = column(stretch, "t_s") - first.time_s
+    after = times >= 0.0
+    return Ringing(times[after], column(stretch, "stretch")[after], column(stretch, "stretch_unc")[after])
+
+
+def _impact_row(drop: Drop, sphere_id: str, fit: Calibration) -> Row:
+    """The row of a sphere; ε̇₀ and n are empty where the drops do not tell them apart."""
+    material, known, nan = fit.material, drop.material, math.nan
+    identified = fit.status == "ok"
+    return {
+        "material": drop.experiment.sphere.material or sphere_id,
+        "sphere_id": sphere_id,
+        "diameter_m": drop.experiment.sphere.diameter_m,
+        "g_inf_pa": material.g_inf_pa,
+        "g_inf_pa_unc": known.g_inf_pa_unc if known is not None and known.g_inf_pa_unc > 0.0 else math.nan,
+        "g_t_pa": material.g_t_pa,
+        "xi": material.xi,
+        "tau0_pa": material.tau0_pa,
+        "m": material.m,
+        "n": material.n if identified else nan,
+        "n_unc": fit.n_unc if identified else nan,
+        "eps0_dot_1_s": material.eps0_dot_1_s if identified else nan,
+        "eps0_dot_1_s_unc": fit.eps0_dot_unc_1_s if identified else nan,
+        "correlation": fit.correlation,
+        "source": "impact",
+        "status": fit.status,
+    }

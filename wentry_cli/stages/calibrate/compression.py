@@ -1,0 +1,147 @@
+"""Calibration from a compression test: a force–displacement table to G∞ in ``materials.csv``, its curve beside it."""
+
+from __future__ import annotations
+
+import csv as csv_format
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.errors import ConfigurationError, InputError, TooFewMeasurementsError
+from wentry_cli.mechanics.compression import CompressionFit, compression_force, fit_compression
+from wentry_cli.stages.calibrate.rows import Row, merge_rows, say_kept
+from wentry_cli.tables import has_table, new_table, read_table, write_table
+
+FORCE = "force_N"
+DISPLACEMENTS = {"displacement_m": 1.0, "displacement_mm": 1e-3}
+LARGEST_M = 1.0  # a diameter above this was given in millimetres
+_MEND = "write commas between columns and decimal points"
+
+
+@dataclass(frozen=True)
+class CompressionTest:
+    """A force–displacement test: displacement in m and force in N, finite; ``warning`` tells of rows left out."""
+
+    path: Path
+    displacement_m: NDArray[np.float64]
+    force_n: NDArray[np.float64]
+    warning: str
+
+
+def calibrate_compression(
+    test: CompressionTest, diameter_m: float, results: Path, *, material: str = "sphere", sphere_id: str = ""
+) -> None:
+    """Fit G∞ to a force–displacement test; its row goes into ``materials.csv``, its curve into ``compression.csv``.
+
+    Raises ``ConfigurationError`` for an impossible diameter, ``TooFewMeasurementsError`` where the test does not
+    determine G∞; a row without values is written before that, unless an earlier test of the material was good.
+    """
+    if not 0.0 < diameter_m <= LARGEST_M:
+        raise ConfigurationError(
+            f"--diameter-m {diameter_m:g}: must be positive, finite and at most {LARGEST_M:g}; give it in metres"
+        )
+    fit = fit_compression(test.displacement_m, test.force_n, diameter_m)
+    row = {
+        "material": material,
+        "sphere_id": sphere_id or None,
+        "diameter_m": diameter_m,
+        "g_inf_pa": fit.g_inf_pa,
+        "g_inf_pa_unc": fit.g_inf_pa_unc,
+        "source": "compression",
+        "status": fit.status,
+    }
+    refused = merge_rows(results, [row])
+    if fit.status == "ok":
+        _keep_curve(results, test, row, fit)
+    if fit.status != "ok":
+        reason = "too few points with a load" if fit.status == "too_few" else "the force does not follow the curve"
+        raise TooFewMeasurementsError(
+            f"{test.path}: G_inf is not determined, {reason}; check the units in the header, the signs and --diameter-m"
+            + (f"; {say_kept(results)}" if refused else "")
+        )
+
+
+def _keep_curve(results: Path, test: CompressionTest, row: Row, fit: CompressionFit) -> None:
+    """Write the points of a test and the fitted curve into ``compression.csv``; those of the same sphere go."""
+    import pandas as pd
+
+    diameter = row["diameter_m"]
+    curve = compression_force((test.displacement_m - fit.zero_offset_m) / diameter)
+    names = {name: row[name] for name in ("material", "sphere_id", "diameter_m")}
+    points = {"displacement_m": test.displacement_m, "force_n": test.force_n}
+    columns = {name: [value] * len(curve) for name, value in names.items()} | points
+    table = new_table("compression", {**columns, "force_model_n": fit.g_inf_pa * diameter**2 * curve})
+    if has_table(results, "compression"):
+        old = read_table(results, "compression")
+        own = (old["material"] == row["material"]) & (old["sphere_id"].fillna("") == (row["sphere_id"] or ""))
+        table = pd.concat([part for part in (old[~own], table) if len(part)], ignore_index=True)
+    table = table.sort_values(["material", "sphere_id"], kind="stable", ignore_index=True)
+    write_table(results, "compression", table)
+
+
+def read_compression(path: Path) -> CompressionTest:
+    """Read a compression test: a CSV table with ``force_N`` and either ``displacement_m`` or ``displacement_mm``.
+
+    Rows with an empty cell, NaN or infinity are left out and told. Raises ``InputError`` where the file cannot be
+    read, a column is missing or stands there twice, and with the line where a cell is no number or where semicolons,
+    tabs or decimal commas take the place of commas and points.
+    """
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            lines = list(csv_format.reader(stream))
+    except (OSError, UnicodeDecodeError, csv_format.Error) as error:
+        raise InputError(f"{path}: cannot be read as a CSV table ({error}); give a text file with a header") from error
+    header = [name.strip() for name in lines[0]] if lines else []
+    unit = _displacement_column(path, header)
+    places = (header.index(unit), header.index(FORCE))
+    pairs, left_out = [], []
+    for number, line in enumerate(lines[1:], start=2):
+        if not any(cell.strip() for cell in line):
+            continue
+        pair = _numbers(f"{path}:{number}", line, places, len(header))
+        if np.isfinite(pair).all():
+            pairs.append(pair)
+        else:
+            left_out.append(number)
+    table = np.array(pairs, dtype=np.float64).reshape(-1, 2)
+    some = ", ".join(str(number) for number in left_out[:5])
+    more = f" and {len(left_out) - 5} more" if len(left_out) > 5 else ""
+    warning = f"{path}: left out for want of two finite numbers: line {some}{more}" if left_out else ""
+    return CompressionTest(path, table[:, 0] * DISPLACEMENTS[unit], table[:, 1], warning)
+
+
+def _displacement_column(path: Path, header: list[str]) -> str:
+    """The one displacement column of a header that also has one force column."""
+    units = [name for name in header if name in DISPLACEMENTS]
+    if len(units) == 1 and header.count(FORCE) == 1:
+        return units[0]
+    if len(units) > 1 or header.count(FORCE) > 1:
+        twice = " and ".join(units) if len(units) > 1 else f"{FORCE} twice"
+        raise InputError(f"{path}: the header has {twice}; keep one column of displacement and one of force")
+    if separator := _separator(header):
+        raise InputError(f"{path}:1: the columns are separated by {separator}; {_MEND}")
+    raise InputError(
+        f"{path}: the header needs {FORCE} and displacement_m or displacement_mm, and is "
+        f"{', '.join(header) or 'empty'}; rename the columns, with their units"
+    )
+
+
+def _numbers(where: str, line: list[str], places: tuple[int, int], width: int) -> list[float]:
+    """Displacement and force of a line as they stand; NaN for an empty cell."""
+    cells = [line[place].strip() if place < len(line) else "" for place in places]
+    if separator := _separator(cells):
+        raise InputError(f"{where}: the columns are separated by {separator}; {_MEND}")
+    if any(cell.strip() for cell in line[width:]):
+        raise InputError(f"{where}: {len(line)} columns, and the header has {width}, as decimal commas give; {_MEND}")
+    try:
+        return [float(cell or "nan") for cell in cells]
+    except ValueError:
+        mend = f"decimal commas? {_MEND}" if any("," in cell for cell in cells) else "mend the line"
+        raise InputError(f"{where}: {' and '.join(cells)} are not two numbers; {mend}") from None
+
+
+def _separator(cells: list[str]) -> str:
+    """The name of a separator other than the comma that stands in ``cells``; empty if there is none."""
+    return next((name for sign, name in {";": "semicolons", "\t": "tabs"}.items() if sign in "".join(cells)), "")

@@ -1,0 +1,175 @@
+"""Stage cavity: profile of the cavity (cavity.csv), its necks (neck.csv) and what happens to it (events.csv)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.cavity.follow import measure_profiles
+from wentry_cli.cavity.neck import NeckFollower, NeckTrack, find_necks
+from wentry_cli.cavity.nested import wall_numbers
+from wentry_cli.cavity.profile import CavityProfile
+from wentry_cli.cavity.seal import EDGE_MODEL_PX, Scene, Seal, find_seal
+from wentry_cli.progress import tick
+from wentry_cli.stages.cavity.crown import Dome, find_dome
+from wentry_cli.stages.cavity.view import SideView, read_side_view
+from wentry_cli.stages.inputs.clip import flat_field, open_clip
+from wentry_cli.tables import new_table, write_table
+
+if TYPE_CHECKING:
+    from wentry_cli.config.campaign import Drop
+
+Floats = NDArray[np.float64]
+
+ROWS_PER_RADIUS = 20  # cavity.csv keeps every third row of a sphere of 60 px
+
+
+@dataclass
+class _Rows:
+    """Columns of cavity.csv, collected frame by frame: frame, axis, rows, left and right edges, px."""
+
+    parts: list[tuple[int, float, Floats, Floats, Floats]]
+
+    def add(self, frame: int, profile: CavityProfile, view: SideView) -> None:
+        """Add the walls of one frame: every ``step``-th row between the surface and the contact line."""
+        sphere = view.spheres[frame]
+        assert sphere is not None
+        step = max(2, round(view.radius_px / ROWS_PER_RADIUS))
+        foot = view.separation_px[frame]
+        lowest = foot if np.isfinite(foot) else sphere.top_y_px
+        kept = (profile.y_px % step == 0) & (profile.y_px <= lowest) & (profile.width_px > 0.0)
+        if not kept.any():
+            return
+        self.parts.append((frame, sphere.x_px, profile.y_px[kept], profile.left_px[kept], profile.right_px[kept]))
+
+    def table(self, view: SideView) -> dict[str, Any]:
+        """All columns, a row per frame and row of the profile."""
+        if not self.parts:
+            return {name: [] for name in ("frame", "t_s", "wall", "y_m", "left_m", "right_m")}
+        sizes = [part[2].size for part in self.parts]
+        frame, x_px = (np.repeat([part[k] for part in self.parts], sizes) for k in (0, 1))
+        y_px, left_px, right_px = (np.concatenate([part[k] for part in self.parts]) for k in (2, 3, 4))
+        axis, y_m = view.metres(x_px, y_px)
+        t_s = view.t_s[frame]
+        return {
+            "frame": frame,
+            "t_s": t_s,
+            "wall": wall_numbers(y_m, t_s, view.starts),
+            "y_m": y_m,
+            "left_m": view.metres(left_px, y_px)[0] - axis,
+            "right_m": view.metres(right_px, y_px)[0] - axis,
+        }
+
+
+def run(folder: Path, drop: Drop) -> None:
+    """Write cavity.csv, neck.csv and events.csv of one drop that was filmed from the side.
+
+    Frames are read one after the other, only between surface and sphere; memory does not grow with their number beyond
+    the rows of the tables. In cavity.csv a frame without a profile has no rows.
+    """
+    view = read_side_view(folder, drop)
+    rows, follower = _Rows([]), NeckFollower()
+    count = view.t_s.size
+    tops, apexes = np.full(count, np.nan), np.full(count, np.nan)
+    clip = open_clip(folder, drop, "side")
+    try:
+        ground, _ = flat_field(drop, "side", clip)
+        clip.release()
+        profiles = measure_profiles(
+            clip, ground, view.spheres, surface_y_px=view.pixels.surface_y_px, radius_px=view.radius_px
+        )
+        for frame, profile in profiles:
+            tick(frame, count)
+            if profile.status == "ok":
+                rows.add(frame, profile, view)
+                follower.add(frame, find_necks(profile.y_px, profile.width_px, edge_unc_px=profile.edge_unc_px))
+                tops[frame] = profile.top_y_px
+                apexes[frame] = view.apex(profile)
+        dome = find_dome(folder, drop, clip, ground, view)
+    finally:
+        clip.close()
+    tracks = follower.tracks()
+    seal = find_seal(tracks, _scene(view, (tops, apexes), dome))
+    write_table(folder, "cavity", new_table("cavity", rows.table(view)))
+    write_table(folder, "neck", new_table("neck", _neck_columns(tracks, seal, view)))
+    events = _events(view, seal, dome)
+    write_table(folder, "events", new_table("events", {name: [row[name] for row in events] for name in events[0]}))
+
+
+def _scene(view: SideView, tops: tuple[Floats, Floats], dome: Dome) -> Scene:
+    return Scene(
+        time_s=view.t_s,
+        sphere_top_px=np.array([np.nan if sphere is None else sphere.top_y_px for sphere in view.spheres]),
+        cavity_top_px=tops[0],
+        apex_px=tops[1],
+        surface_px=view.pixels.surface_y_px,
+        radius_px=view.radius_px,
+        exposure_s=view.exposure_s,
+        surface_unc_px=view.surface_unc_px,
+        dome_over_s=dome.over.t_s - dome.over.t_unc_s,
+    )
+
+
+def _neck_columns(tracks: Sequence[NeckTrack], seal: Seal, view: SideView) -> dict[str, Any]:
+    """Necks of the open cavity: none after its closure, none inside the sphere, numbered by first appearance."""
+    names = ("frame", "t_s", "neck", "y_m", "radius_m", "radius_m_unc")
+    rows: list[dict[str, Any]] = []
+    number = 0
+    for track in tracks:
+        tops = np.array([view.spheres[frame].top_y_px for frame in track.frame])  # type: ignore[union-attr]
+        closed = seal.t_s if seal.status == "ok" else np.inf
+        kept = (view.t_s[track.frame] < closed) & (track.y_px < tops)
+        if kept.sum() < 3:
+            continue
+        number += 1
+        for k in np.flatnonzero(kept):
+            rows.append(_neck_row(track, int(k), number, view))
+    rows.sort(key=lambda row: (row["frame"], row["neck"]))
+    return {name: [row[name] for row in rows] for name in names}
+
+
+def _neck_row(track: NeckTrack, k: int, number: int, view: SideView) -> dict[str, Any]:
+    axis, y_m = view.metres(0.0, track.y_px[k])
+    radius = float(view.metres(track.radius_px[k], track.y_px[k])[0] - axis)
+    pixel = float(view.metres(1.0, track.y_px[k])[0] - axis)
+    unc = np.hypot(track.radius_unc_px[k], EDGE_MODEL_PX) * pixel
+    return {
+        "frame": int(track.frame[k]),
+        "t_s": float(view.t_s[track.frame[k]]),
+        "neck": number,
+        "y_m": float(y_m),
+        "radius_m": radius,
+        "radius_m_unc": float(np.hypot(unc, radius * view.scale_unc)),
+    }
+
+
+def _events(view: SideView, seal: Seal, dome: Dome) -> list[dict[str, Any]]:
+    """Rows of events.csv: impact, dome-over, starts of nested cavities before the closure, pinch-off."""
+    closed = seal.t_s if seal.status == "ok" else np.inf
+    known = bool(np.isfinite(view.impact_unc_s))
+    contact = (0.0 if known else np.nan, view.impact_unc_s)
+    over = view.after_impact(dome.over.t_s, dome.over.t_unc_s)
+    rows = [
+        _event("impact", 1, contact, 0.0) | _told("first_contact" if known else "", "ok" if known else "no_object"),
+        _event("dome_over", 1, over, view.height(dome.y_px))
+        | _told(dome.view if np.isfinite(over[0]) else "", dome.status),
+    ]
+    for index, start in enumerate(start for start in view.starts if start.t_s < closed):
+        time = view.after_impact(start.t_s, start.t_unc_s)
+        rows.append(_event("second_cavity", index + 1, time, start.y_m) | _told(str(index + 2), start.status))
+    time = view.after_impact(seal.t_s, seal.t_unc_s)
+    rows.append(_event("pinch_off", 1, time, view.height(seal.y_px)) | _told(seal.value, seal.status))
+    return rows
+
+
+def _event(name: str, index: int, time: tuple[float, float], y_m: float) -> dict[str, Any]:
+    return {"event": name, "index": index, "t_s": time[0], "t_s_unc": time[1], "y_m": y_m}
+
+
+def _told(value: str, status: str) -> dict[str, str]:
+    return {"value": value, "status": status}

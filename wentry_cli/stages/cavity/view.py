@@ -1,0 +1,87 @@
+"""What the stage cavity takes from the tables of the side view: the sphere in every frame, scale, surface, impact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.cavity.detachment import find_apex, hidden_rows
+from wentry_cli.cavity.follow import sphere_outlines
+from wentry_cli.cavity.nested import CavityStart, find_cavity_starts
+from wentry_cli.cavity.profile import CavityProfile, SphereOutline
+from wentry_cli.stages.inputs.clip import open_clip
+from wentry_cli.stages.track.scales import Scales, pixel_map
+from wentry_cli.tables import read_table
+from wentry_cli.tracking.scale import PixelMap, pixel_to_metre
+
+if TYPE_CHECKING:
+    from wentry_cli.config.campaign import Drop
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SideView:
+    """What side.csv and geometry.csv say: arrays per frame, the map to metres, surface and radius in pixels."""
+
+    t_s: Floats
+    spheres: list[SphereOutline | None]
+    starts: list[CavityStart]
+    separation_px: Floats
+    pixels: PixelMap
+    surface_unc_px: float
+    radius_px: float
+    exposure_s: float
+    scale_unc: float
+    impact_unc_s: float
+
+    def metres(self, x_px: Floats | float, y_px: Floats | float) -> tuple[Floats, Floats]:
+        """The one map from pixels to metres."""
+        return pixel_to_metre(x_px, y_px, self.pixels)
+
+    def height(self, y_px: float) -> float:
+        """Height of a row of the picture above the surface, m."""
+        return float(self.metres(0.0, y_px)[1])
+
+    def apex(self, profile: CavityProfile) -> float:
+        """Depth of the cavity's apex below the surface, px."""
+        depth = profile.y_px - self.pixels.surface_y_px
+        return find_apex(depth, profile.width_px, hidden_rows(self.surface_unc_px))
+
+    def after_impact(self, t_s: float, t_unc_s: float) -> tuple[float, float]:
+        """A time after impact with the uncertainty of the impact in it."""
+        return t_s, float(np.hypot(t_unc_s, np.nan_to_num(self.impact_unc_s)))
+
+
+def read_side_view(folder: Path, drop: Drop) -> SideView:
+    """What stage track measured of the side view."""
+    side, geometry = read_table(folder, "side"), read_table(folder, "geometry")
+    row = geometry[geometry["view"] == "side"].iloc[0]
+    column = {name: side[name].to_numpy(float) for name in side.columns if name not in {"status", "y_b_source"}}
+    air, water = float(row["scale_px_per_m"]), float(row["scale_water_px_per_m"])
+    water_unc = float(row["scale_water_px_per_m_unc"])
+    scales = Scales(air, float(row["scale_px_per_m_unc"]), water, water_unc, "")
+    clip = open_clip(folder, drop, "side")
+    pixels = pixel_map(drop, scales, float(row["surface_y_px"]), clip.opened.middle_px)
+    clip.close()
+    radius = water * drop.experiment.sphere.radius_m
+    starts = find_cavity_starts(column["t_s"], column["stretch"], column["stretch_unc"], column["separation_y_m"])
+    spheres = sphere_outlines(column["center_x_px"], column["center_y_px"], radius, column["stretch"])
+    if not np.isfinite([radius, pixels.surface_y_px, *column["t_s"]]).all():
+        spheres = [None] * len(side)  # without scale, surface or impact there is nothing to measure against
+    return SideView(
+        t_s=column["t_s"],
+        spheres=spheres,
+        starts=starts,
+        separation_px=column["separation_y_px"],
+        pixels=pixels,
+        surface_unc_px=float(np.nan_to_num(row["surface_y_px_unc"])),
+        radius_px=radius,
+        exposure_s=float(np.nan_to_num(row["exposure_s"])),
+        scale_unc=water_unc / water,
+        impact_unc_s=float(row["impact_time_s_unc"]),
+    )
