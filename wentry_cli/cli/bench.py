@@ -25,7 +25,7 @@ def command(chapters: tuple[str, ...], quick: bool, seed: int, output: Path | No
     from wentry_cli.bench.row import BenchRow
     from wentry_cli.bench.table import HEAD, RULE, write_page, write_rows
     from wentry_cli.cli.console import show_json
-    from wentry_cli.runner.campaign import single_threaded
+    from wentry_cli.runner.work import single_threaded
 
     single_threaded()
     rows: list[BenchRow] = []
