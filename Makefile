@@ -37,6 +37,7 @@ demo: $(STAMP) ## render configs/demo.yaml and analyse it: build/demo/results/re
 paper: $(STAMP) ## the same with the paper's 24 drops, configs/paper.yaml
 	$(BIN)/wentry render configs/paper.yaml -o build/paper/videos -j $(JOBS)
 	$(BIN)/wentry run build/paper/videos -o build/paper/results -j $(JOBS)
+	$(BIN)/wentry compare build/paper/results build/paper/videos
 
 test: $(STAMP) ## the tests (under 5 minutes on 2 cores)
 	$(BIN)/python -m pytest -n 2 --dist loadfile

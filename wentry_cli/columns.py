@@ -22,9 +22,9 @@ fps_source | – | text | where the frame rate came from
 exposure_s | s | float | exposure of one frame
 scale_px_per_m | px/m | float | scale in air (top view: in the plane of the free surface)
 ±
-scale_water_px_per_m | px/m | float | scale of what is seen through the water
+scale_water_px_per_m | px/m | float | scale of what is seen through the water; empty without water and for the top view
 ±
-scale_source | – | text | given, diameter, wet_ellipse or how else each scale was found
+scale_source | – | text | how each scale was found: given, diameter or wet_ellipse
 surface_y_px | px | float | row of the undisturbed free surface (surface_impact: of the plate)
 ±
 radius_px | px | float | radius of the undeformed sphere in air
@@ -192,12 +192,17 @@ g_inf_pa | Pa | float | G∞ of the material | rigid sphere
 impact_speed_m_s | m/s | float | U₀, measured, positive downwards | free flight, or filmed from the top only
 ±
 speed_from_height_m_s | m/s | float | √(2 g h), the cross-check | height and speed not given
+± | not known
 acceleration_m_s2 | m/s² | float | free flight: constant acceleration, up positive | all but a free flight
 ±
 froude | 1 | float | U₀/√(gD) | where impact_speed_m_s is
+±
 bond | 1 | float | ρ_w g D²/σ | no water
+± | not known
 reynolds | 1 | float | ρ_w U₀ D/μ | no water, or impact_speed_m_s empty
+±
 stiffness_ratio | 1 | float | G∞/(ρ_w U₀²) | rigid sphere, no water, or impact_speed_m_s empty
+±
 period_s | s | float | free period, first to second peak | rigid sphere, free flight
 ±
 time_ratio | 1 | float | T_exp/T_model | rigid sphere, free flight, or no model
@@ -234,12 +239,14 @@ slope | 1 | float | slope; of a power law its prefactor
 slope_low | 1 | float | lower end of the 95 % interval, the wider of two bootstraps: over drops, over spheres
 slope_high | 1 | float | upper end of it
 intercept | 1 | float | intercept | through the origin, or a power law
+± | through the origin, or a power law
 exponent | 1 | float | exponent of a power law | all but a power law
 ±
 r_squared | 1 | float | share of the variance explained
 residual_scatter | 1 | float | standard deviation of the residuals
 n | 1 | int | number of drops
 paper_value | 1 | float | the paper's value | not in the paper
+left_out | – | text | drops that the relation is about and that take no part, with the reason | none
 status | – | text | ok, or why something in this row is not measured
 
 # materials | calibrate | material, sphere

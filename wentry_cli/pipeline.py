@@ -109,7 +109,8 @@ STAGES: tuple[Stage, ...] = (
         ),
         ("forces", "summary"),
         (
-            "kind", "condition", "repeat", "sphere", "liquid", "gravity_m_s2", "drop", "views", "analysis", "material",
+            "kind", "condition", "repeat", "sphere", "liquid", "gravity_m_s2", "gravity_m_s2_unc", "drop", "views",
+            "analysis", "material",
         ),
         False, _always,
     ),

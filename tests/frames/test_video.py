@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from wentry_cli.errors import InputError
+from wentry_cli.errors import FrameUnreadableError, InputError
 from wentry_cli.frames.formats import open_recording
 
 WIDTH, HEIGHT, COUNT = 64, 48, 20
@@ -78,7 +78,7 @@ def test_colour_is_converted_and_said(tmp_path: Path) -> None:
 def test_reading_in_sequence_decodes_each_frame_once(avi: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     recording = open_recording(avi)
     opened = []
-    monkeypatch.setattr("wentry_cli.frames.video._capture", opened.append)
+    monkeypatch.setattr("wentry_cli.frames.video._Stream", opened.append)
     for index in range(COUNT):
         recording.read(index)
         recording.read(index, (0, 0, 4, 4))
@@ -103,15 +103,17 @@ def test_rotation_metadata_is_honoured(tmp_path: Path, degrees: int) -> None:
     assert np.abs(turned - np.rot90(upright, -degrees // 90)).max() <= 2
 
 
-def test_a_truncated_video_has_the_frames_that_can_be_read(avi: Path, tmp_path: Path) -> None:
+def test_a_truncated_video_has_bad_frames_behind_the_cut(avi: Path, tmp_path: Path) -> None:
     data = avi.read_bytes()
     marks = [place for place in range(data.index(b"movi"), len(data)) if data.startswith(b"00dc", place)]
     path = tmp_path / "cut.avi"
     path.write_bytes(data[: marks[11] + 30])  # in the midst of frame 11
     recording = open_recording(path)
-    assert recording.info.frame_count == 11
+    assert recording.info.frame_count == COUNT
     assert recording.info.notes == (f"the container claims {COUNT} frames, 11 can be read",)
     assert place(recording.read(10)) == 10
+    with pytest.raises(FrameUnreadableError, match=r"cut\.avi: frame 15"):
+        recording.read(15)
 
 
 @pytest.mark.parametrize("data", [b"", b"no video", b"RIFF\xff\xff\xff\xffAVI LIST" + bytes(200)])

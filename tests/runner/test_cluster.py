@@ -8,9 +8,9 @@ import pytest
 
 from wentry_cli.errors import InputError
 from wentry_cli.pipeline import stages_of
-from wentry_cli.runner.campaign import Work
 from wentry_cli.runner.cluster import run_on_cluster, run_remotely
 from wentry_cli.runner.drop import Event
+from wentry_cli.runner.work import Work
 
 
 def test_no_scheduler_is_a_sentence() -> None:

@@ -282,6 +282,10 @@ def test_corrections_by_hand(results: Path, drop: Drop) -> None:
     [
         ("frames:\n- {view: side, frames: [1, 1]}\n", "give either `exclude: true` or values"),
         ("events:\n- {event: pinch_off}\n", "t_s is needed for pinch_off"),
+        ("events:\n- {event: pinch_off, t_s: 0.1, time_s: 0.1}\n", "time_s has no meaning for pinch_off; remove it"),
+        ("events:\n- {event: impact, time_s: 0.1, y_m: 0.0}\n", "y_m has no meaning for impact; remove it"),
+        ("events:\n- {event: dome_over, t_s: 0.1, value: deep_seal}\n", "value has no meaning for dome_over"),
+        ("frames:\n- {view: top, frames: [1, 1], y_b_m: 0.1}\n", "y_b_m is not measured in the top view"),
         ("event: []\n", "unknown key; did you mean events?"),
     ],
 )

@@ -23,6 +23,15 @@ def test_a_line_through_the_origin_and_one_with_an_intercept() -> None:
     off = fit_line(x, 1.3 * x + 0.5, own, rng(), intercept=True)
     assert (off.slope, off.intercept) == (pytest.approx(1.3), pytest.approx(0.5))
     assert off.n == 12
+    assert np.isnan(through.intercept_unc)
+    assert off.intercept_unc < 1e-12
+
+
+def test_the_uncertainty_of_an_intercept_is_its_scatter() -> None:
+    x, noise = np.linspace(1.0, 9.0, 24), np.random.default_rng(3)
+    found = [fit_line(x, x + 0.5 + noise.normal(0, 0.1, 24), np.arange(24), rng(), intercept=True) for _ in range(60)]
+    scatter = np.std([f.intercept for f in found])
+    assert np.median([f.intercept_unc for f in found]) == pytest.approx(scatter, rel=0.3)
 
 
 def test_a_power_law() -> None:

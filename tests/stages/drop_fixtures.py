@@ -32,11 +32,13 @@ class Known:
     period: float
 
 
-def motion(u0: float = 5.0, *, amplitude: float = 0.3, period: float = 0.03, n: int = 300) -> Known:
+def motion(
+    u0: float = 5.0, *, amplitude: float = 0.3, period: float = 0.03, damping: float = 12.0, n: int = 300
+) -> Known:
     """A sphere that slows as v = −u0/(1 + t/τ) after impact and rings with a damped sine in ln λ."""
     t = (np.arange(n) - 40.3) / FPS
     s, tau, g = np.maximum(t, 0.0), 0.08, 9.81
-    stretch = np.exp(amplitude * np.exp(-12.0 * s) * np.sin(2 * np.pi * s / period))
+    stretch = np.exp(amplitude * np.exp(-damping * s) * np.sin(2 * np.pi * s / period))
     y_c = np.where(t < 0, R - u0 * t - 0.5 * g * t**2, R - u0 * tau * np.log1p(s / tau))
     v_c = np.where(t < 0, -u0 - g * t, -u0 / (1 + s / tau))
     a_c = np.where(t < 0, -g, u0 / tau / (1 + s / tau) ** 2)

@@ -27,11 +27,11 @@ def render(folder: Path, **keys: Any) -> Path:
     return folder
 
 
-def change(folder: Path, **view: Any) -> None:
-    """Change keys of the side view in the ``experiment.yaml`` of a drop."""
+def change(folder: Path, name: str = "side", **view: Any) -> None:
+    """Change keys of a view in the ``experiment.yaml`` of a drop."""
     path = folder / "experiment.yaml"
     said = yaml.safe_load(path.read_text(encoding="utf-8"))
-    said["views"]["side"] |= view
+    said["views"][name] |= view
     path.write_text(yaml.safe_dump(said), encoding="utf-8")
 
 

@@ -13,7 +13,7 @@ from wentry_cli.errors import ConfigurationError, InputError, TooFewMeasurements
 from wentry_cli.mechanics.compression import compression_force
 from wentry_cli.mechanics.solver import find_period, solve_oscillation
 from wentry_cli.stages.calibrate import calibrate_impact
-from wentry_cli.stages.calibrate_compression import calibrate_compression, read_compression
+from wentry_cli.stages.calibrate.compression import calibrate_compression, read_compression
 from wentry_cli.stages.model import sphere_material
 from wentry_cli.tables import new_table, read_table, write_table
 

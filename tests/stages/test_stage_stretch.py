@@ -57,6 +57,14 @@ def test_a_period_is_ok_only_where_all_of_it_is_known(tmp_path: Path) -> None:
         assert periods["status"].iloc[-1] == "clip_ended"
 
 
+def test_a_swing_that_dies_below_the_noise_is_not_a_clip_that_ended(tmp_path: Path) -> None:
+    write_views(tmp_path, motion(amplitude=0.05, period=0.012, damping=90.0))
+    stretch.run(tmp_path, make_drop())
+    periods = read_table(tmp_path, "periods")
+    assert 1 <= len(periods) < 6
+    assert periods["status"].iloc[-1] == "not_identified"
+
+
 def test_the_clocks_are_brought_together(tmp_path: Path) -> None:
     known = motion()
     write_views(tmp_path, known)

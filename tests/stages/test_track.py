@@ -167,7 +167,10 @@ def test_a_free_flight_counts_from_its_first_frame(tmp_path: Path) -> None:
     assert (side.status == "ok").all()
     assert side.t_s.iloc[0] == 0.0
     assert side.y_b_m.iloc[0] == pytest.approx(-0.0255, rel=2e-3)
-    assert np.isnan(read_table(tmp_path / "out", "geometry").impact_time_s.iloc[0])
+    view = read_table(tmp_path / "out", "geometry").iloc[0]
+    assert np.isnan(view.impact_time_s)
+    assert np.isnan(view.scale_water_px_per_m)
+    assert view.scale_source == "diameter"
 
 
 def test_the_top_view_alone_tells_the_impact(tmp_path: Path) -> None:
@@ -179,6 +182,24 @@ def test_the_top_view_alone_tells_the_impact(tmp_path: Path) -> None:
     assert view["view"] == "top"
     assert abs(view.impact_time_s - said["impact_time_s"]) < 3 * view.impact_time_s_unc
     assert not has_table(tmp_path / "out", "side")
+
+
+def test_an_uncertain_distance_of_the_camera_counts(tmp_path: Path) -> None:
+    """λ is proportional to 1 − h/Z, so dλ/λ = h/Z dZ/Z; without a side view the time of contact is less sure too."""
+    top = {"width": 176, "height": 176, "scale_px_per_m": 1000.0, "camera_distance_m": 1.5}
+    folder = render(tmp_path / "drop", top=top)
+    alone = render(tmp_path / "alone", side=None, top=top)
+    for name, unc in (("sure", 0.0), ("unsure", 0.15)):
+        for place in (folder, alone):
+            change(place, "top", camera_distance_m_unc=unc)
+            measure(place, tmp_path / name / place.name)
+    times = [read_table(tmp_path / name / "alone", "geometry").impact_time_s_unc[0] for name in ("sure", "unsure")]
+    assert times[1] > times[0]
+    sure, unsure = (read_table(tmp_path / name / "drop", "top") for name in ("sure", "unsure"))
+    added = np.sqrt(np.maximum(unsure.stretch_unc**2 - sure.stretch_unc**2, 0.0)) / sure.stretch
+    deep = (sure.t_s > 0.02) & (sure.status == "ok")
+    depth = 1.0 - 1.0 / pd.read_csv(folder / "truth" / "top.csv").magnification  # h/Z
+    assert added[deep].max() == pytest.approx(0.1 * np.abs(depth[deep]).max(), rel=0.05)
 
 
 @pytest.fixture(scope="module")

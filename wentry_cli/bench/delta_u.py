@@ -26,8 +26,8 @@ from wentry_cli.bench.row import BenchRow
 from wentry_cli.bench.throughput import MATERIAL
 from wentry_cli.config.campaign import Drop, read_drop
 from wentry_cli.stages import cavity, ingest, kinematics, model, stretch, track
-from wentry_cli.stages.drop_speeds import velocity_at, velocity_before_impact
-from wentry_cli.stages.drop_tables import column
+from wentry_cli.stages.inputs.columns import column
+from wentry_cli.stages.summary.speeds import velocity_at, velocity_before_impact
 from wentry_cli.synthetic.campaign import render_drop
 from wentry_cli.synthetic.scene import Scene
 from wentry_cli.tables import new_table, read_table

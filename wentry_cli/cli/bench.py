@@ -31,7 +31,7 @@ def command(
     from wentry_cli.bench.row import BenchRow
     from wentry_cli.bench.table import HEAD, RULE, write_rows
     from wentry_cli.cli.console import show_json
-    from wentry_cli.runner.campaign import single_threaded
+    from wentry_cli.runner.work import single_threaded
 
     single_threaded()
     rows: list[BenchRow] = []

@@ -38,7 +38,7 @@ def impact(
     """Fit ε̇₀ and n of each sphere to its surface_impact drops in RESULTS, all heights together."""
     from wentry_cli.runner import commands
     from wentry_cli.stages import calibrate
-    from wentry_cli.stages.material_rows import rows_of
+    from wentry_cli.stages.calibrate.rows import rows_of
 
     campaign = commands.processed(results, only)
     spheres = calibrate.drops_by_sphere(results, campaign.drops)
@@ -71,8 +71,8 @@ def compression(
     """Fit G∞ to the force-displacement test in CSV (header force_N and displacement_m or displacement_mm)."""
     from wentry_cli.cli.console import show_json
     from wentry_cli.runner import commands
-    from wentry_cli.stages import calibrate_compression as calibrate
-    from wentry_cli.stages.material_rows import rows_of
+    from wentry_cli.stages.calibrate import compression as calibrate
+    from wentry_cli.stages.calibrate.rows import rows_of
 
     test = calibrate.read_compression(csv)  # before the lock, which makes the folder
     if test.warning:

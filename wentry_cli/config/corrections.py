@@ -12,6 +12,7 @@ from wentry_cli.config.models import Index, Number, Part, Positive, Uncertainty
 from wentry_cli.config.places import read_document
 
 CORRECTIONS = "corrections.yaml"
+TOP_COLUMNS = ("stretch", "stretch_unc")
 
 
 class FrameCorrection(Part):
@@ -32,6 +33,9 @@ class FrameCorrection(Part):
             raise ValueError("give either `exclude: true` or values such as y_b_m and stretch")
         if self.frames[0] > self.frames[1]:
             raise ValueError(f"frames: the first frame {self.frames[0]} lies after the last {self.frames[1]}")
+        foreign = [name for name in self.by_column if self.view == "top" and name not in TOP_COLUMNS]
+        if foreign:
+            raise ValueError(f"{foreign[0]} is not measured in the top view; correct it in the side view")
         return self
 
     @property
@@ -57,6 +61,11 @@ class EventCorrection(Part):
         wanted = "time_s" if self.event == "impact" else "t_s"
         if getattr(self, wanted) is None:
             raise ValueError(f"{wanted} is needed for {self.event}")
+        unused: tuple[str, ...] = ("t_s", "y_m", "value") if self.event == "impact" else ("time_s",)
+        unused += () if self.event in ("impact", "pinch_off") else ("value",)
+        given = [name for name in unused if getattr(self, name) is not None]
+        if given:
+            raise ValueError(f"{given[0]} has no meaning for {self.event}; remove it")
         return self
 
 

@@ -18,7 +18,11 @@ RIGID = "rigid"
 
 
 class Material(Part):
-    """Parameters of the Bergström–Boyce sphere; ``g_inf_text_pa`` is kept for the record and used by nothing."""
+    """Parameters of the Bergström–Boyce sphere.
+
+    ``g_inf_text_pa``, ``radius_m``, ``density_kg_m3`` and ``source`` are kept for the record: a drop uses its own size
+    and density. The uncertainties of the flow rule are shown in the report.
+    """
 
     g_inf_pa: Positive
     g_inf_pa_unc: Uncertainty = 0.0

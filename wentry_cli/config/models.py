@@ -169,6 +169,10 @@ class View(Part):
         return self
 
 
+TOP_ONLY = ("camera_distance_m", "camera_distance_m_unc", "offset_s")
+SIDE_ONLY = ("surface_y_px", "surface_y_px_unc", "optical_axis_y_px")
+
+
 class Views(Part):
     """The two cameras; at least one has a recording."""
 
@@ -179,6 +183,17 @@ class Views(Part):
     def _one_at_least(self) -> Views:
         if self.side is None and self.top is None:
             raise ValueError("at least one of side and top is needed, with its source")
+        return self
+
+    @model_validator(mode="after")
+    def _each_has_its_keys(self) -> Views:
+        """A key that a view cannot use is a mistake, not a remark."""
+        for name, foreign, other in (("side", TOP_ONLY, "top"), ("top", SIDE_ONLY, "side")):
+            view: View | None = getattr(self, name)
+            default = View.model_fields
+            given = [key for key in foreign if view is not None and getattr(view, key) != default[key].default]
+            if given:
+                raise ValueError(f"{name}.{given[0]} has no effect: it is a key of the {other} view; move or remove it")
         return self
 
 

@@ -22,10 +22,10 @@ FORMATS: dict[str, tuple[str, str, bool]] = {
     ".cine": ("phantom", "open_phantom", True),
     ".tif": ("tiff_stack", "open_tiff_stack", True),
     ".tiff": ("tiff_stack", "open_tiff_stack", True),
-    ".avi": ("video", "open_video", False),
-    ".mp4": ("video", "open_video", False),
-    ".mov": ("video", "open_video", False),
-    ".mkv": ("video", "open_video", False),
+    ".avi": ("video", "open_video", True),
+    ".mp4": ("video", "open_video", True),
+    ".mov": ("video", "open_video", True),
+    ".mkv": ("video", "open_video", True),
 }
 STILLS = (".png", ".jpg", ".jpeg", ".bmp")
 SUPPORTED = f"a folder of numbered images (png tif jpg bmp), or a file: {' '.join(FORMATS)}"

@@ -13,6 +13,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from wentry_cli.report.style import LARGE, SMALL, Look, is_large, kilopascal, line_width, marker_size, stiffness_shade
 
+SEAL_MARKS = {"sphere_seal": ("D", "seals at the sphere"), "surface_seal": ("s", "seals at the surface")}
 EDGE: Look = {"markeredgecolor": "#222222", "markeredgewidth": 0.5}
 
 
@@ -50,11 +51,12 @@ def span_of(low: float, high: float) -> str:
 def draw_points(ax: Axes, data: pd.DataFrame, x: str, y: str) -> None:
     """Draw rows as symbols with error bars: grey by stiffness, blue for rigid, size by diameter.
 
-    A drop that seals at the sphere is a diamond. ``<x>_unc`` and ``<y>_unc`` are the error bars where they exist.
+    A drop that seals at the sphere is a diamond, one that seals at the surface a square. ``<x>_unc`` and ``<y>_unc``
+    are the error bars where they exist.
     """
     for row in data.to_dict("records"):
-        look = "D" if row.get("seal_type") == "sphere_seal" else "o"
-        size = marker_size(float(row["diameter_m"])) * (0.85 if look == "D" else 1.0)
+        look = SEAL_MARKS.get(str(row.get("seal_type")), ("o", ""))[0]
+        size = marker_size(float(row["diameter_m"])) * (1.0 if look == "o" else 0.85)
         shade = stiffness_shade(float(row["g_inf_pa"]), bool(row["rigid"]))
         bars = {f"{axis}err": row.get(f"{name}_unc", np.nan) for axis, name in (("x", x), ("y", y))}
         bars = {axis: value for axis, value in bars.items() if np.isfinite(value)}

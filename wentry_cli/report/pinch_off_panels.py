@@ -12,10 +12,10 @@ from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from wentry_cli.report.campaign import Campaign, DropResults, as_number
+from wentry_cli.report.campaign import Campaign, DropResults
 from wentry_cli.report.curves import grouped_points
 from wentry_cli.report.fits import fit_rows, slope_text
-from wentry_cli.report.legends import draw_points, size_handles, stiffness_handles
+from wentry_cli.report.legends import SEAL_MARKS, draw_points, size_handles, stiffness_handles
 from wentry_cli.report.panel import NotDrawn, Panel, rows
 from wentry_cli.report.style import BLACK, GREEN, QUOTED, Look
 from wentry_cli.report.theory import PAPER_PINCH_OFF, PUBLISHED_BETA, published_pinch_off_band, ring_model_pinch_off
@@ -106,12 +106,12 @@ def _points(campaign: Campaign, x: str, y: str) -> pd.DataFrame:
 
 
 def _numbers(x: str, y: str) -> Callable[[DropResults], dict[str, float]]:
-    """Both numbers of a drop with uncertainties carried from t_p, U₀ and, with D_eff, λ_pN."""
+    """Both numbers of a drop with uncertainties carried from t_p, U₀ and D_eff."""
 
     def numbers(drop: DropResults) -> dict[str, float]:
         speed = drop.number("impact_speed_m_s_unc") / drop.number("impact_speed_m_s")
         time = drop.number("t_p_s_unc") / drop.number("t_p_s")
-        sizes = [_peak_relative(drop) if "eff" in name else 0.0 for name in (x, y)]
+        sizes = [_size_relative(drop) if "eff" in name else 0.0 for name in (x, y)]
         x_value, y_value = drop.number(x), drop.number(y)
         return {
             x: x_value,
@@ -123,23 +123,18 @@ def _numbers(x: str, y: str) -> Callable[[DropResults], dict[str, float]]:
     return numbers
 
 
-def _peak_relative(drop: DropResults) -> float:
-    """Relative uncertainty of λ_pN of the cavity that closes, thus of D_eff; 0 where D_eff is D or nothing is known."""
-    periods, cavity = drop.table("periods"), drop.number("pinch_off_cavity")
-    if periods.empty or not math.isfinite(cavity):
-        return 0.0
-    row = periods[pd.to_numeric(periods["period"]) == cavity]
-    if row.empty:
-        return 0.0
-    relative = as_number(row["stretch_peak_unc"].iloc[0]) / as_number(row["stretch_peak"].iloc[0])
+def _size_relative(drop: DropResults) -> float:
+    """Relative uncertainty of D_eff; 0 where it is not stated."""
+    relative = drop.number("diameter_eff_m_unc") / drop.number("diameter_eff_m")
     return relative if math.isfinite(relative) else 0.0
 
 
 def _handles(points: pd.DataFrame) -> list[Line2D | Patch]:
     handles: list[Line2D | Patch] = [*stiffness_handles(points), *size_handles(points)]
-    if bool((points["seal_type"] == "sphere_seal").any()):
-        look: Look = {"linestyle": "", "marker": "D", "markersize": 4.5, "color": "#222222", "mfc": "none"}
-        handles.append(Line2D([], [], label="seals at the sphere", **look))
+    for seal, (mark, label) in SEAL_MARKS.items():
+        if bool((points["seal_type"] == seal).any()):
+            look: Look = {"linestyle": "", "marker": mark, "markersize": 4.5, "color": "#222222", "mfc": "none"}
+            handles.append(Line2D([], [], label=label, **look))
     return handles
 
 

@@ -78,6 +78,7 @@ ENTRY_COLUMNS: Columns = {
 WATER_ONLY = {"froude"}
 EFFECTIVE = {"diameter_eff_m", "tp_u0_over_deff"}
 PINCH_OFF = {"t_p_s", "y_p_m", "tp_u0_over_d", "pinch_off_cavity", *EFFECTIVE}
+OTHER_SEALS = {"sphere_seal", "surface_seal"}
 SOFT_ONLY = {"g_inf_pa", "stiffness_ratio", "period_s", "stretch_peak_1", "pinch_off_cavity", "delta_u_over_u0",
              "speed_after_period_m_s"}  # fmt: skip
 
@@ -93,7 +94,7 @@ def _reason(drop: DropResults, column: str) -> str:
         found = [as_text(word) for word in events.loc[events["event"] == "pinch_off", "status"]]
         if found and found[0] != "ok":
             return found[0]
-        return drop.seal if column in EFFECTIVE and drop.seal == "sphere_seal" else drop.text("status")
+        return drop.seal if column in EFFECTIVE and drop.seal in OTHER_SEALS else drop.text("status")
     if column in {"period_s", "stretch_peak_1"}:
         words = [as_text(word) for word in drop.table("periods")["status"]]
         return words[0] if words and words[0] != "ok" else drop.text("status")
@@ -134,7 +135,9 @@ def regression_table(campaign: Campaign) -> TextTable:
     )
     rows = []
     for row in campaign.scaling.to_dict("records"):
-        number = {name: as_number(row[name]) for name in row if name not in {"relation", "x", "y", "status"}}
+        number = {
+            name: as_number(row[name]) for name in row if name not in {"relation", "x", "y", "left_out", "status"}
+        }
         if not number["n"] > 0:
             continue
         interval = f"{number['slope_low']:.3f} to {number['slope_high']:.3f}"
@@ -142,7 +145,8 @@ def regression_table(campaign: Campaign) -> TextTable:
             as_text(row["relation"]), f"{as_text(row['y'])} on {as_text(row['x'])}",
             with_uncertainty(number["slope"], number["slope_unc"]),
             interval if number["slope_low"] == number["slope_low"] else DASH,
-            with_uncertainty(number["intercept"]), with_uncertainty(number["exponent"], number["exponent_unc"]),
+            with_uncertainty(number["intercept"], number["intercept_unc"]),
+            with_uncertainty(number["exponent"], number["exponent_unc"]),
             with_uncertainty(number["r_squared"]), with_uncertainty(number["residual_scatter"], digits=2),
             with_uncertainty(number["n"]), with_uncertainty(number["paper_value"]), as_text(row["status"]),
         ))  # fmt: skip

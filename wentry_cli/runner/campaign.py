@@ -3,39 +3,19 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 import signal
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wentry_cli.config.campaign import Drop
-from wentry_cli.pipeline import Stage
 from wentry_cli.runner.drop import Event, Failure, Report, run_drop
-from wentry_cli.runner.plan import Choice
+from wentry_cli.runner.work import Work, single_threaded
 
 if TYPE_CHECKING:
     from multiprocessing.context import SpawnProcess
-
-ONE_THREAD = (
-    "OMP_NUM_THREADS",
-    "OPENBLAS_NUM_THREADS",
-    "MKL_NUM_THREADS",
-    "NUMBA_NUM_THREADS",
-    "VECLIB_MAXIMUM_THREADS",
-)
-
-
-@dataclass(frozen=True)
-class Work:
-    """What to run for every drop."""
-
-    results: Path
-    stages: list[Stage]
-    choice: Choice = field(default_factory=Choice)
 
 
 @dataclass(frozen=True)
@@ -44,17 +24,6 @@ class Hands:
 
     jobs: int = 1
     cluster: str | None = None
-
-
-def single_threaded() -> None:
-    """One thread inside each process: the tables must not depend on the number of cores."""
-    for name in ONE_THREAD:
-        os.environ[name] = "1"
-    try:
-        import cv2
-    except ImportError:
-        return
-    cv2.setNumThreads(1)
 
 
 def run_campaign(work: Work, drops: list[Drop], hands: Hands, report: Report) -> list[Failure]:

@@ -11,8 +11,8 @@ from typing import Any
 
 from wentry_cli.config.campaign import Drop
 from wentry_cli.errors import InputError
-from wentry_cli.runner.campaign import Work, single_threaded
 from wentry_cli.runner.drop import Event, Failure, Report, run_drop
+from wentry_cli.runner.work import Work, single_threaded
 
 
 def run_on_cluster(address: str, work: Work, drops: list[Drop], report: Report) -> Iterator[Failure]:

@@ -32,6 +32,7 @@ class Regression:
     slope_low: float
     slope_high: float
     intercept: float
+    intercept_unc: float
     exponent: float
     exponent_unc: float
     exponent_low: float
@@ -64,6 +65,7 @@ def fit_line(
         slope_low=low,
         slope_high=high,
         intercept=float(fitted[1]) if intercept else np.nan,
+        intercept_unc=_interval(draws, 1)[2] if intercept else np.nan,
         exponent=np.nan,
         exponent_unc=np.nan,
         exponent_low=np.nan,
@@ -94,6 +96,7 @@ def fit_power_law(x: Array, y: Array, spheres: NDArray[np.int64], random: np.ran
         slope_low=float(np.exp(low)),
         slope_high=float(np.exp(high)),
         intercept=np.nan,
+        intercept_unc=np.nan,
         exponent=float(fitted[1]),
         exponent_unc=steep_spread,
         exponent_low=steep_low,
@@ -151,4 +154,4 @@ def _interval(draws: tuple[Array, Array], column: int) -> tuple[float, float, fl
 
 def _nothing(n: int) -> Regression:
     nan = float("nan")
-    return Regression(nan, nan, nan, nan, nan, nan, nan, nan, nan, nan, nan, int(n), "too_few")
+    return Regression(nan, nan, nan, nan, nan, nan, nan, nan, nan, nan, nan, nan, int(n), "too_few")

@@ -13,7 +13,7 @@ from wentry_cli.kinematics.ballistic import fit_parabola
 from wentry_cli.kinematics.centre import early_shape_time, early_shape_time_from_period
 from wentry_cli.kinematics.entry import EntryMotion, fall_before_impact, solve_entry_motion
 from wentry_cli.kinematics.state_pass import Ballistic
-from wentry_cli.stages.drop_tables import column, first_known, first_row, number
+from wentry_cli.stages.inputs.columns import column, first_known, first_row, number
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 from wentry_cli.tracking.scale import PixelMap, pixel_to_metre
 

@@ -20,7 +20,7 @@ from wentry_cli.kinematics.centre import early_shape_time
 from wentry_cli.mechanics.bergstrom_boyce import Material
 from wentry_cli.mechanics.solver import solve_oscillation
 from wentry_cli.mechanics.time_scaling import NOT_MEASURED, Measured, TimeScaling, fit_time_scale
-from wentry_cli.stages.drop_tables import column
+from wentry_cli.stages.inputs.columns import column
 from wentry_cli.stages.kinematics import entry_motion, motion_columns
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 

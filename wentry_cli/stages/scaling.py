@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.scaling.dimensionless import elastic_time
 from wentry_cli.scaling.regression import Regression, fit_line, fit_power_law
-from wentry_cli.stages.drop_tables import column
+from wentry_cli.stages.inputs.columns import column
 from wentry_cli.stages.summary import summary_of
 from wentry_cli.tables import new_table, write_table
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 SEED = 20_170
 SOFTEST = 0.2  # below this stiffness ratio the paper's ΔU/U₀ goes to 1 and follows no power law
+OTHER_SEALS = ("sphere_seal", "surface_seal")  # they close by another way than a neck at depth
 
 
 @dataclass(frozen=True)
@@ -59,17 +60,31 @@ def run(results: Path, drops: list[Drop]) -> None:
 
 def scaling_table(summary: pd.DataFrame) -> pd.DataFrame:
     """Return ``scaling.csv`` of a campaign from its ``summary.csv``."""
-    values = _values(summary)
+    values, reasons = _values(summary), _reasons(summary)
+    names = summary["drop"].to_numpy(dtype=str)
     _, spheres = np.unique(summary["sphere_id"].fillna("").to_numpy(dtype=str), return_inverse=True)
     rows = []
-    for relation in LINES:
-        for intercept in (False, True):
+    for relation in (*LINES, LOSS):
+        x, y = values[relation.x], values[relation.y]
+        known = np.isfinite(x) & np.isfinite(y)
+        why = reasons[relation.y]
+        out = "; ".join(f"{names[i]}: {why[i]}" for i in np.flatnonzero(~known) if why[i])
+        for intercept in (False,) if relation.power_law else (False, True):
             random = np.random.default_rng(SEED)
-            found = fit_line(values[relation.x], values[relation.y], spheres, random, intercept=intercept)
-            rows.append(_row(relation, found, "_intercept" if intercept else ""))
-    found = fit_power_law(values[LOSS.x], values[LOSS.y], spheres, np.random.default_rng(SEED))
-    rows.append(_row(LOSS, found, ""))
+            if relation.power_law:
+                found = fit_power_law(x, y, spheres, random)
+            else:
+                found = fit_line(x, y, spheres, random, intercept=intercept)
+            rows.append(_row(relation, found, "_intercept" if intercept else "") | {"left_out": out or None})
     return new_table("scaling", {name: [row[name] for row in rows] for name in rows[0]})
+
+
+def _flags(summary: pd.DataFrame) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which drops enter water, which spheres deform there, which cavities closed in another way than at depth."""
+    entry = (summary["kind"] == "water_entry").to_numpy(dtype=bool, na_value=False)
+    rigid = (summary["rigid"] == "true").to_numpy(dtype=bool, na_value=False)
+    other = summary["seal_type"].isin(OTHER_SEALS).to_numpy(dtype=bool, na_value=False)
+    return entry, entry & ~rigid, other
 
 
 def _values(summary: pd.DataFrame) -> dict[str, Array]:
@@ -84,18 +99,35 @@ def _values(summary: pd.DataFrame) -> dict[str, Array]:
         "delta_u_over_u0",
     )
     values = {name: column(summary, name) for name in names}
-    entry = (summary["kind"] == "water_entry").to_numpy(dtype=bool, na_value=False)
-    rigid = (summary["rigid"] == "true").to_numpy(dtype=bool, na_value=False)
-    sphere_seal = (summary["seal_type"] == "sphere_seal").to_numpy(dtype=bool, na_value=False)
+    entry, soft, other = _flags(summary)
     sizes = zip(*(column(summary, n) for n in ("diameter_m", "g_inf_pa", "density_kg_m3")), strict=True)
     values["elastic_time_s"] = np.array([elastic_time(*size) for size in sizes])
-    values["period_s"] = np.where(entry & ~rigid, values["period_s"], np.nan)
+    values["period_s"] = np.where(soft, values["period_s"], np.nan)
     values["period_model_s"] = values["period_s"] / column(summary, "time_ratio")
     for name in ("tp_u0_over_d", "tp_u0_over_deff"):
-        values[name] = np.where(entry & ~sphere_seal, values[name], np.nan)
-    stiff = entry & ~rigid & (values["stiffness_ratio"] > SOFTEST)
+        values[name] = np.where(entry & ~other, values[name], np.nan)
+    stiff = soft & (values["stiffness_ratio"] > SOFTEST)
     values["delta_u_over_u0"] = np.where(stiff, values["delta_u_over_u0"], np.nan)
     return values
+
+
+def _reasons(summary: pd.DataFrame) -> dict[str, NDArray[np.object_]]:
+    """Why a drop may be missing from a relation, by ordinate; empty where the relation is not about it.
+
+    A drop with status ok whose value is empty was not asked for it.
+    """
+    entry, soft, other = _flags(summary)
+    status = summary["status"].fillna("").replace("ok", "").to_numpy(dtype=object)
+    seal = np.where(other, summary["seal_type"].fillna("").to_numpy(dtype=object), status)
+    below = column(summary, "stiffness_ratio") <= SOFTEST
+    pinch_off, period = np.where(entry, seal, ""), np.where(soft, status, "")
+    return {
+        "period_s": period,
+        "period_model_s": period,
+        "tp_u0_over_d": pinch_off,
+        "tp_u0_over_deff": pinch_off,
+        "delta_u_over_u0": np.where(soft & below, f"stiffness_ratio below {SOFTEST}", period),
+    }
 
 
 def _row(relation: Relation, found: Regression, suffix: str) -> dict[str, Any]:
@@ -108,6 +140,7 @@ def _row(relation: Relation, found: Regression, suffix: str) -> dict[str, Any]:
         "slope_low": found.slope_low,
         "slope_high": found.slope_high,
         "intercept": found.intercept,
+        "intercept_unc": found.intercept_unc,
         "exponent": found.exponent,
         "exponent_unc": found.exponent_unc,
         "r_squared": found.r_squared,

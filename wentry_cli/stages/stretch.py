@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.kinematics.merging import find_offset, merge_stretch
 from wentry_cli.kinematics.oscillation import Extremum, Oscillation, Period, find_oscillation
-from wentry_cli.stages.drop_tables import column
+from wentry_cli.stages.inputs.columns import column
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 
 if TYPE_CHECKING:

@@ -51,6 +51,7 @@ def find_scales(drop: Drop, air: PooledRadius, water: PooledRadius, ground: Back
     """Scales from the radii: a number of the user wins, else the diameter, else the size below the surface.
 
     Where the light is clipped by the sensor the level of the edge is not known, and with it .45 % of the diameter.
+    Nothing is seen through water where there is none: that scale is then the one in air, and is not spoken of.
     """
     sphere, pair = drop.experiment.sphere, drop.view("side").scale_pair
     clipped = CLIPPED_EDGE if math.isfinite(ground.ceiling) else 0.0
@@ -65,6 +66,8 @@ def find_scales(drop: Drop, air: PooledRadius, water: PooledRadius, ground: Back
         values.append((scale, math.hypot(unc, clipped * scale)))
     air_source = "given" if pair.air != "auto" else ("diameter" if air.known else "wet_ellipse")
     wet_source = "given" if pair.water != "auto" else ("wet_ellipse" if water.known else "diameter")
+    if drop.experiment.kind != "water_entry":
+        return Scales(*values[0], *values[0], air_source)
     return Scales(*values[0], *values[1], f"air {air_source}, water {wet_source}")
 
 

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.imaging.background import Background
-from wentry_cli.stages.clip import Clip
-from wentry_cli.stages.track_rows import fit_columns, frame_status
-from wentry_cli.stages.track_side import SideResult, exposure_frames, fitting_level
+from wentry_cli.stages.inputs.clip import Clip
+from wentry_cli.stages.track.rows import fit_columns, frame_status
+from wentry_cli.stages.track.side import SideResult, exposure_frames, fitting_level
 from wentry_cli.tables import vouched
 from wentry_cli.tracking.seed import find_seed
 from wentry_cli.tracking.sighting import Sighting
@@ -23,10 +23,19 @@ from wentry_cli.tracking.top import (
     top_stretch,
     track_top,
 )
-from wentry_cli.tracking.top_depth import Height, TopCamera, fall_height, find_approach, find_camera, find_turn
+from wentry_cli.tracking.top_depth import (
+    Approach,
+    Height,
+    TopCamera,
+    fall_height,
+    find_approach,
+    find_camera,
+    find_turn,
+)
 
 if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
+    from wentry_cli.config.models import View
 
 TOP_COLUMNS = ("center_x_px", "center_y_px", "radius_px", "radius_px_unc", "gated_fraction", "residual_rms_px")
 SIDE_COLUMNS = ("t_s", "y_b_m", "y_b_m_unc", "stretch", "stretch_unc")
@@ -94,7 +103,7 @@ def _entry(drop: Drop, clip: Clip, side: SideResult | None, fits: dict[str, NDAr
     """Impact, height of the sphere, distance of the camera and scale: from the side view, else from this one alone."""
     view, sphere = drop.view("top"), drop.experiment.sphere
     radii = (fits["radius_px"], fits["radius_px_unc"])
-    camera, given = _given_camera(view.camera_distance_m), _given_scale(drop)
+    camera, given = _given_camera(view), _given_scale(drop)
     impact, speed = _side_impact(side), _said_speed(drop, side)
     if not math.isfinite(impact[0]):
         impact, speed = _own_impact(drop, clip.time_s, radii, speed)
@@ -114,8 +123,9 @@ def _entry(drop: Drop, clip: Clip, side: SideResult | None, fits: dict[str, NDAr
     return Entry(impact, height, camera, scale)
 
 
-def _given_camera(distance_m: float | None) -> TopCamera | None:
-    return None if distance_m is None else TopCamera(1.0 / distance_m, 0.0, "given")
+def _given_camera(view: View) -> TopCamera | None:
+    distance = view.camera_distance_m
+    return None if distance is None else TopCamera(1.0 / distance, view.camera_distance_m_unc / distance**2, "given")
 
 
 def _given_scale(drop: Drop) -> TopScale | None:
@@ -133,11 +143,11 @@ def _said_speed(drop: Drop, side: SideResult | None) -> tuple[float, float]:
     if side is not None and math.isfinite(side.impact.speed_px_s) and side.scales.air > 0:
         return side.impact.speed_px_s / side.scales.air, side.impact.speed_unc_px_s / side.scales.air
     said = drop.experiment.drop
-    if said is not None and said.impact_speed_m_s is not None:
-        return said.impact_speed_m_s, SAID_SPEED_UNC * said.impact_speed_m_s
-    if said is not None and said.height_m is not None:
+    if said.impact_speed_m_s is not None:
+        return said.impact_speed_m_s, said.impact_speed_m_s_unc or SAID_SPEED_UNC * said.impact_speed_m_s
+    if said.height_m is not None:
         speed = math.sqrt(2.0 * drop.experiment.gravity_m_s2 * said.height_m)
-        return speed, SAID_SPEED_UNC * speed
+        return speed, speed * math.hypot(SAID_SPEED_UNC, 0.5 * said.height_m_unc / said.height_m)
     return ANY_SPEED
 
 
@@ -146,7 +156,8 @@ def _own_impact(
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """Impact and speed without a side view: where the radius turns, and where it is that of a sphere that touches."""
     turn = find_turn(time_s, radii[0])
-    distance, sphere = drop.view("top").camera_distance_m, drop.experiment.sphere
+    view, sphere = drop.view("top"), drop.experiment.sphere
+    distance = view.camera_distance_m
     if distance is None or not math.isfinite(turn[0]):
         return turn, speed
     given = _given_scale(drop)
@@ -155,11 +166,23 @@ def _own_impact(
         scale = given.px_m, math.hypot(given.unc_px_m / given.px_m, sphere.diameter_m_unc / sphere.diameter_m)
     start = turn[0] - turn[1]
     seen = find_approach(time_s - start, *radii, sphere.radius_m, distance, scale)
+    seen = _with_distance(seen, sphere.radius_m, distance, view.camera_distance_m_unc)
     if math.isfinite(seen.contact_unc_s):
         weights = np.array([turn[1], seen.contact_unc_s]) ** -2.0
         at = float(weights @ [turn[0], start + seen.contact_s]) / float(weights.sum())
         turn = at, float(weights.sum()) ** -0.5
     return turn, (seen.speed_m_s, seen.speed_unc_m_s) if math.isfinite(seen.speed_m_s) else speed
+
+
+def _with_distance(seen: Approach, radius_m: float, distance_m: float, unc_m: float) -> Approach:
+    """An error of the distance makes the sphere faster in proportion; at contact it acts by the sphere's height."""
+    speed = seen.speed_m_s * unc_m / (distance_m - radius_m)
+    contact = radius_m / seen.speed_m_s * unc_m / distance_m
+    return replace(
+        seen,
+        speed_unc_m_s=math.hypot(seen.speed_unc_m_s, speed),
+        contact_unc_s=math.hypot(seen.contact_unc_s, contact),
+    )
 
 
 def _height(

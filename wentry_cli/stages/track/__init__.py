@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wentry_cli.errors import TooFewMeasurementsError
-from wentry_cli.stages.clip import Clip, flat_field, open_clip
 from wentry_cli.stages.ingest import frame_rate
-from wentry_cli.stages.track_side import SideResult, measure_side
-from wentry_cli.stages.track_top import TopResult, measure_top
+from wentry_cli.stages.inputs.clip import Clip, flat_field, open_clip
+from wentry_cli.stages.track.side import SideResult, measure_side
+from wentry_cli.stages.track.top import TopResult, measure_top
 from wentry_cli.tables import new_table, write_table
 
 if TYPE_CHECKING:
@@ -63,12 +63,12 @@ def _row(drop: Drop, name: str, clip: Clip) -> dict[str, Any]:
 
 
 def _side_row(drop: Drop, clip: Clip, side: SideResult) -> dict[str, Any]:
-    found = side.surface.status == "ok"
+    found, wet = side.surface.status == "ok", drop.experiment.kind == "water_entry"
     return _row(drop, "side", clip) | {
         "scale_px_per_m": side.scales.air,
         "scale_px_per_m_unc": side.scales.air_unc,
-        "scale_water_px_per_m": side.scales.water,
-        "scale_water_px_per_m_unc": side.scales.water_unc,
+        "scale_water_px_per_m": side.scales.water if wet else math.nan,
+        "scale_water_px_per_m_unc": side.scales.water_unc if wet else math.nan,
         "scale_source": side.scales.source,
         "surface_y_px": side.surface.y_px if found else math.nan,
         "surface_y_px_unc": side.surface.unc_px if found else math.nan,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.errors import ConfigurationError, InputError, TooFewMeasurementsError
 from wentry_cli.mechanics.compression import CompressionFit, compression_force, fit_compression
-from wentry_cli.stages.material_rows import Row, merge_rows, say_kept
+from wentry_cli.stages.calibrate.rows import Row, merge_rows, say_kept
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 
 FORCE = "force_N"

@@ -13,8 +13,8 @@ import numpy as np
 from wentry_cli.errors import ConfigurationError, InputError, TooFewMeasurementsError
 from wentry_cli.mechanics.calibration import Calibration, Ringing, fit_flow
 from wentry_cli.mechanics.solver import solve_oscillation
-from wentry_cli.stages.drop_tables import column
-from wentry_cli.stages.material_rows import Row, merge_rows, say_kept
+from wentry_cli.stages.calibrate.rows import Row, merge_rows, say_kept
+from wentry_cli.stages.inputs.columns import column
 from wentry_cli.stages.model import first_peak, sphere_material
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from wentry_cli.imaging.background import Background
 from wentry_cli.imaging.free_surface import SurfaceRow, find_free_surface, find_plate
-from wentry_cli.stages.clip import Clip
-from wentry_cli.stages.track_impact import NO_IMPACT, best_bottom, entry_impact
-from wentry_cli.stages.track_rows import side_columns
-from wentry_cli.stages.track_scales import NO_SCALES, Scales, find_scales, given_radii, height_unc, pixel_map
+from wentry_cli.stages.inputs.clip import Clip
+from wentry_cli.stages.track.impact import NO_IMPACT, best_bottom, entry_impact
+from wentry_cli.stages.track.rows import side_columns
+from wentry_cli.stages.track.scales import NO_SCALES, Scales, find_scales, given_radii, height_unc, pixel_map
 from wentry_cli.tables import vouched
 from wentry_cli.tracking.flight import air_plan, both_ways
 from wentry_cli.tracking.impact import Impact

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wentry_cli.imaging.free_surface import SurfaceRow
-from wentry_cli.stages.clip import Clip
+from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.tracking.impact import Impact, back_to_surface, find_impact
 from wentry_cli.tracking.sighting import Sighting
 

@@ -12,7 +12,7 @@ import numpy as np
 from wentry_cli.kinematics.entry import fall_before_impact, fall_speed, impact_velocity
 from wentry_cli.kinematics.interpolation import hermite, nearest
 from wentry_cli.scaling.dimensionless import velocity_loss
-from wentry_cli.stages.drop_tables import column, first_row, number
+from wentry_cli.stages.inputs.columns import column, first_row, number
 from wentry_cli.tables import has_table, read_table
 
 if TYPE_CHECKING:

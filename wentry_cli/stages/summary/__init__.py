@@ -7,11 +7,11 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wentry_cli.scaling import dimensionless
-from wentry_cli.stages.drop_forces import forces_table
-from wentry_cli.stages.drop_pinch_off import pinch_off_columns
-from wentry_cli.stages.drop_speeds import NO_SPEEDS, Speeds, impact_speed_alone, measured_speeds
-from wentry_cli.stages.drop_tables import Row, column, first_row, number, text
+from wentry_cli.stages.inputs.columns import Row, column, first_row, number, text
+from wentry_cli.stages.summary.forces import forces_table
+from wentry_cli.stages.summary.numbers import numbers_of
+from wentry_cli.stages.summary.pinch_off import pinch_off_columns
+from wentry_cli.stages.summary.speeds import NO_SPEEDS, Speeds, impact_speed_alone, measured_speeds
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 
 if TYPE_CHECKING:
@@ -29,13 +29,12 @@ def run(folder: Path, drop: Drop) -> None:
     experiment = drop.experiment
     speeds = _speeds(folder, drop)
     pinch_off = first_row(folder, "events", event="pinch_off")
-    row = _description(drop) | _counts(folder, drop) | _speed_columns(drop, speeds)
+    row = _description(drop) | _counts(folder, drop) | _speed_columns(speeds) | numbers_of(drop, speeds)
     if experiment.kind == "free_flight":
         row |= _flight(folder, drop)
     if experiment.deformable:
         row |= _oscillation(folder)
     if experiment.kind == "water_entry":
-        row |= _water_numbers(drop, speeds)
         row |= pinch_off_columns(folder, drop, pinch_off, speeds.impact)
         if has_table(folder, "kinematics"):
             write_table(folder, "forces", forces_table(folder, drop, speeds, number(pinch_off, "t_s")))
@@ -52,9 +51,9 @@ def _speeds(folder: Path, drop: Drop) -> Speeds:
     return measured_speeds(folder, drop)
 
 
-def _cross_check(name: str, measured: float, expected: float | None) -> None:
+def _cross_check(name: str, measured: float, expected: float) -> None:
     """Warn where the measured impact speed is not what the height of the drop makes one expect."""
-    if expected is not None and abs(measured / expected - 1.0) > CROSS_CHECK:
+    if abs(measured / expected - 1.0) > CROSS_CHECK:
         logger.warning(
             "%s: the impact speed is %.3g m/s by measurement and %.3g m/s by drop; check fps, scale_px_per_m, "
             "sphere.diameter_m and drop.height_m",
@@ -67,10 +66,6 @@ def _cross_check(name: str, measured: float, expected: float | None) -> None:
 def _description(drop: Drop) -> Row:
     """What was known before anything was measured."""
     experiment, sphere = drop.experiment, drop.experiment.sphere
-    release = experiment.drop
-    expected = release.impact_speed_m_s
-    if expected is None and release.height_m is not None:
-        expected = dimensionless.speed_from_height(release.height_m, experiment.gravity_m_s2)
     return {
         "drop": drop.name,
         "kind": experiment.kind,
@@ -81,7 +76,6 @@ def _description(drop: Drop) -> Row:
         "diameter_m": sphere.diameter_m,
         "density_kg_m3": sphere.density,
         "g_inf_pa": drop.material.g_inf_pa if drop.material is not None else math.nan,
-        "speed_from_height_m_s": expected,
     }
 
 
@@ -98,7 +92,7 @@ def _counts(folder: Path, drop: Drop) -> Row:
     return {"frames_measured": int(view["status"].isin(["ok", "manual"]).sum()), "frames_total": total}
 
 
-def _speed_columns(drop: Drop, speeds: Speeds) -> Row:
+def _speed_columns(speeds: Speeds) -> Row:
     return {
         "impact_speed_m_s": speeds.impact,
         "impact_speed_m_s_unc": speeds.impact_unc,
@@ -106,7 +100,6 @@ def _speed_columns(drop: Drop, speeds: Speeds) -> Row:
         "delta_u_over_u0": speeds.loss,
         "delta_u_over_u0_unc": speeds.loss_unc,
         "velocity_source": speeds.source or None,
-        "froude": dimensionless.froude(speeds.impact, drop.experiment.sphere.diameter_m, drop.experiment.gravity_m_s2),
     }
 
 
@@ -142,21 +135,6 @@ def _peaks(folder: Path) -> list[float]:
     if not has_table(folder, "periods"):
         return []
     return [float(v) for v in column(read_table(folder, "periods"), "stretch_peak")]
-
-
-def _water_numbers(drop: Drop, speeds: Speeds) -> Row:
-    """Bond, Reynolds and stiffness ratio."""
-    experiment, liquid = drop.experiment, drop.experiment.liquid
-    diameter, gravity = experiment.sphere.diameter_m, experiment.gravity_m_s2
-    row: Row = {
-        "bond": dimensionless.bond(diameter, liquid.density_kg_m3, liquid.surface_tension_n_m, gravity),
-        "reynolds": dimensionless.reynolds(speeds.impact, diameter, liquid.density_kg_m3, liquid.viscosity_pa_s),
-    }
-    if drop.material is not None:
-        row["stiffness_ratio"] = dimensionless.stiffness_ratio(
-            drop.material.g_inf_pa, speeds.impact, liquid.density_kg_m3
-        )
-    return row
 
 
 def _status(folder: Path, drop: Drop, row: Row, pinch_off: Row) -> str:

@@ -16,9 +16,9 @@ from wentry_cli.cavity.nested import wall_numbers
 from wentry_cli.cavity.profile import CavityProfile
 from wentry_cli.cavity.seal import EDGE_MODEL_PX, Scene, Seal, find_seal
 from wentry_cli.progress import tick
-from wentry_cli.stages.cavity_crown import Dome, find_dome
-from wentry_cli.stages.cavity_view import SideView, read_side_view
-from wentry_cli.stages.clip import flat_field, open_clip
+from wentry_cli.stages.cavity.crown import Dome, find_dome
+from wentry_cli.stages.cavity.view import SideView, read_side_view
+from wentry_cli.stages.inputs.clip import flat_field, open_clip
 from wentry_cli.tables import new_table, write_table
 
 if TYPE_CHECKING:

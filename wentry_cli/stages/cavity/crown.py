@@ -14,8 +14,8 @@ from wentry_cli.cavity.crown import Rim, find_rim
 from wentry_cli.cavity.dome_over import DomeOver, disc_level, find_dome_over, find_rim_closure
 from wentry_cli.errors import FrameUnreadableError
 from wentry_cli.imaging.background import Background
-from wentry_cli.stages.cavity_view import SideView
-from wentry_cli.stages.clip import Clip, open_clip
+from wentry_cli.stages.cavity.view import SideView
+from wentry_cli.stages.inputs.clip import Clip, open_clip
 from wentry_cli.tables import has_table, read_table
 from wentry_cli.tracking.source import read_patch
 

@@ -13,8 +13,8 @@ from wentry_cli.cavity.detachment import find_apex, hidden_rows
 from wentry_cli.cavity.follow import sphere_outlines
 from wentry_cli.cavity.nested import CavityStart, find_cavity_starts
 from wentry_cli.cavity.profile import CavityProfile, SphereOutline
-from wentry_cli.stages.clip import open_clip
-from wentry_cli.stages.track_scales import Scales, pixel_map
+from wentry_cli.stages.inputs.clip import open_clip
+from wentry_cli.stages.track.scales import Scales, pixel_map
 from wentry_cli.tables import read_table
 from wentry_cli.tracking.scale import PixelMap, pixel_to_metre
 

@@ -17,7 +17,7 @@ from wentry_cli.cavity.cavity_number import (
     stretch_peak_of,
 )
 from wentry_cli.scaling import dimensionless
-from wentry_cli.stages.drop_tables import Row, column, number, text
+from wentry_cli.stages.inputs.columns import Row, column, number, text
 from wentry_cli.tables import has_table, read_table
 
 if TYPE_CHECKING:
