@@ -9,7 +9,8 @@ import click
 from wentry_cli.cli import options as opt
 
 CHAPTERS = (
-    "contours", "separation", "pinch_off", "top_clips", "ball", "smoothers", "delta_u", "solvers", "extremes", "throughput",
+    "contours", "separation", "pinch_off", "top_clips", "ball",
+    "smoothers", "delta_u", "solvers", "extremes", "throughput",
 )  # fmt: skip
 
 
