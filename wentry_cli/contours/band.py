@@ -16,33 +16,31 @@ Ints = NDArray[np.int64]
 
 @compiled
 def ellipse_distance(a: float, b: float, u: float, v: float) -> tuple[float, float, float]:
-    """Signed distance (outside positive) of (u, v) from the ellipse, and the eccentric direction of its foot.
+    """Signed distance (outside positive) of (u, v) from the ellipse, and the direction of its eccentric angle.
 
     The distance to the circle of curvature at the point below; its error is of third order in the error of that
     point (after A. Stephens' iteration through the evolute). NaN beyond the centre of curvature.
     """
     p, q = abs(u), abs(v)
-    per_a, per_b = 1.0 / a, 1.0 / b
-    tx, ty = p * per_a, q * per_b
-    shrink = 1.0 / (math.sqrt(tx * tx + ty * ty) + 1e-300)
-    tx, ty = tx * shrink, ty * shrink
+    tx, ty = p / a, q / b
+    norm = math.sqrt(tx * tx + ty * ty) + 1e-300
+    tx, ty = tx / norm, ty / norm
     c2 = a * a - b * b
     rounds = 1 if 0.45 < a / b < 2.2 else 3
     distance = 0.0
     for turn in range(rounds):
-        ex, ey = c2 * tx * tx * tx * per_a, -c2 * ty * ty * ty * per_b
+        ex, ey = c2 * tx * tx * tx / a, -c2 * ty * ty * ty / b
         rx, ry = a * tx - ex, b * ty - ey
         qx, qy = p - ex, q - ey
         if qx * rx + qy * ry <= 0.0:
             return math.nan, tx, ty
         rho, away = math.sqrt(rx * rx + ry * ry), math.sqrt(qx * qx + qy * qy)
         distance = away - rho
-        ratio = rho / away
-        tx = max(0.0, (qx * ratio + ex) * per_a)
-        ty = max(0.0, (qy * ratio + ey) * per_b)
         if turn + 1 < rounds:
-            shrink = 1.0 / (math.sqrt(tx * tx + ty * ty) + 1e-300)
-            tx, ty = tx * shrink, ty * shrink
+            tx = max(0.0, (qx * rho / away + ex) / a)
+            ty = max(0.0, (qy * rho / away + ey) / b)
+            norm = math.sqrt(tx * tx + ty * ty) + 1e-300
+            tx, ty = tx / norm, ty / norm
     return distance, math.copysign(tx, u), math.copysign(ty, v)
 
 

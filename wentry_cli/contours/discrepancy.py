@@ -136,19 +136,3 @@ def add_discrepancy(
             for j in range(size):
                 covariance[i, j] += variance * steps[index, i] * steps[index, j]
     return variance
-
-
-@compiled
-def add_common_shift(covariance: Floats, factor: Floats, pull: Floats, shift_px: float) -> None:
-    """Widen ``covariance`` in place by what a displacement of the whole edge along its normals would do.
-
-    ``factor`` and ``pull`` as in `add_discrepancy`.
-    """
-    step = np.zeros(factor.shape[0])
-    for k in range(pull.shape[0]):
-        for j in range(factor.shape[0]):
-            step[j] += shift_px * pull[k, j]
-    substitute(factor, step)
-    for i in range(covariance.shape[0]):
-        for j in range(covariance.shape[0]):
-            covariance[i, j] += step[i] * step[j]

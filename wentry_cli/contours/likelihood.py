@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 # Columns of the state of a sector.
-OFFSET, INV_S, INSIDE, OUTSIDE, GRADIENT, KAPPA_S, RATIO, SMEAR, BOW, STATE = range(10)
+OFFSET, INV_S, INSIDE, OUTSIDE, GRADIENT, KAPPA_S, RATIO, SMEAR, STATE = 0, 1, 2, 3, 4, 5, 6, 7, 8
 # Columns of the sums of a sector: the lower triangle of its normal matrix over (displacement, inside, outside,
 # ln s), the four right-hand sides, then counts and squares.
 DD, DI, II, DO, IO, OO, DS, IS, OS, SS, GD, GI, GO, GS = range(14)
@@ -31,9 +31,6 @@ COUNT, CHI2, COUNT_IN, SQUARE_IN, COUNT_OUT, SQUARE_OUT, SUMS = 14, 15, 16, 17, 
 REACH = 6.0
 # The noise is taken where the edge does not reach: its model is not exact to the noise of a good camera.
 PLATEAU = 0.03
-WELL_OFF = 0.65
-# So many blurs away from the edge a pixel says nothing about its place.
-FLAT = 3.6
 PER_UNIT = 64
 _NODES = np.linspace(-REACH, REACH, int(2 * REACH * PER_UNIT) + 2)
 STEP_TABLE = np.array([0.5 * (1.0 + math.erf(node / math.sqrt(2.0))) for node in _NODES])
@@ -52,23 +49,6 @@ def look_up(scaled: float) -> tuple[float, float]:
 
 
 @compiled
-def add_flat(row: Floats, outside: bool, rest: float, weight: float) -> None:
-    """Add a pixel that the edge does not reach: it knows one level only."""
-    row[COUNT] += 1.0
-    row[CHI2] += weight * rest * rest
-    if outside:
-        row[OO] += weight
-        row[GO] += weight * rest
-        row[COUNT_OUT] += 1.0
-        row[SQUARE_OUT] += rest * rest
-    else:
-        row[II] += weight
-        row[GI] += weight * rest
-        row[COUNT_IN] += 1.0
-        row[SQUARE_IN] += rest * rest
-
-
-@compiled
 def accumulate(pixels: Floats, sectors: Ints, state: Floats, noise: Floats, ceiling: float, sums: Floats) -> None:
     """Fill ``sums`` (sectors, SUMS) from all pixels of the band.
 
@@ -82,23 +62,15 @@ def accumulate(pixels: Floats, sectors: Ints, state: Floats, noise: Floats, ceil
         distance, level = pixels[n, 0], pixels[n, 1]
         part = state[k]
         scaled = (distance + part[OFFSET]) * part[INV_S]
-        if abs(scaled) > FLAT + part[SMEAR]:
-            outside = scaled > 0.0
-            expected = part[OUTSIDE] + part[GRADIENT] * distance if outside else part[INSIDE]
-            rest = min(level, ceiling) - expected
-            add_flat(sums[k], outside, rest, 1.0 / (noise[1] if outside else noise[0]))
-            continue
         step, line = look_up(scaled)
         tilted = line * scaled
         if part[SMEAR] > 0.0:
-            middle, end = scaled - part[BOW], scaled + 0.8 * part[BOW]
-            step, line = look_up(middle)
-            before, line_before = look_up(end - part[SMEAR])
-            after, line_after = look_up(end + part[SMEAR])
+            before, line_before = look_up(scaled - part[SMEAR])
+            after, line_after = look_up(scaled + part[SMEAR])
             step = (8.0 * step + 5.0 * (before + after)) / 18.0
-            tilted = 8.0 * middle * line + 5.0 * (end - part[SMEAR]) * line_before
-            tilted = (tilted + 5.0 * (end + part[SMEAR]) * line_after) / 18.0
             line = (8.0 * line + 5.0 * (line_before + line_after)) / 18.0
+            tilted = 8.0 * tilted + 5.0 * (scaled - part[SMEAR]) * line_before
+            tilted = (tilted + 5.0 * (scaled + part[SMEAR]) * line_after) / 18.0
         contrast = part[OUTSIDE] + part[GRADIENT] * distance - part[INSIDE]
         model = part[INSIDE] + contrast * step
         rest = min(level, ceiling) - model
@@ -107,20 +79,20 @@ def accumulate(pixels: Floats, sectors: Ints, state: Floats, noise: Floats, ceil
         by_in, by_out = 1.0 - step, step
         by_blur = -contrast * (tilted * part[RATIO] - line * part[KAPPA_S])
         row = sums[k]
-        edge, dark, bright, blur = weight * by_edge, weight * by_in, weight * by_out, weight * by_blur
+        edge, inside, outside, blur = weight * by_edge, weight * by_in, weight * by_out, weight * by_blur
         row[DD] += edge * by_edge
         row[DI] += edge * by_in
-        row[II] += dark * by_in
+        row[II] += inside * by_in
         row[DO] += edge * by_out
-        row[IO] += dark * by_out
-        row[OO] += bright * by_out
+        row[IO] += inside * by_out
+        row[OO] += outside * by_out
         row[DS] += edge * by_blur
-        row[IS] += dark * by_blur
-        row[OS] += bright * by_blur
+        row[IS] += inside * by_blur
+        row[OS] += outside * by_blur
         row[SS] += blur * by_blur
         row[GD] += edge * rest
-        row[GI] += dark * rest
-        row[GO] += bright * rest
+        row[GI] += inside * rest
+        row[GO] += outside * rest
         row[GS] += blur * rest
         row[COUNT] += 1.0
         row[CHI2] += weight * rest * rest
@@ -133,22 +105,15 @@ def accumulate(pixels: Floats, sectors: Ints, state: Floats, noise: Floats, ceil
 
 
 @compiled
-def first_levels(pixels: Floats, sectors: Ints, count: int, half: float) -> tuple[float, float]:
-    """Median over the sectors of the mean level well inside and well outside; NaN where no sector has one.
-
-    Well off the edge is the last third of the band, whose half-width is ``half`` px (less inside of a thin body):
-    the blurred edge does not reach there.
-    """
+def first_levels(pixels: Floats, sectors: Ints, count: int) -> tuple[float, float]:
+    """Median over the sectors of the mean level well inside and well outside; NaN where no sector has one."""
     totals = np.zeros((count, 4))
-    deepest = 0.0
-    for n in range(pixels.shape[0]):
-        deepest = min(deepest, pixels[n, 0])
     for n in range(pixels.shape[0]):
         k = sectors[n]
-        if pixels[n, 0] < WELL_OFF * deepest:
+        if pixels[n, 0] < -2.0:
             totals[k, 0] += pixels[n, 1]
             totals[k, 1] += 1.0
-        elif pixels[n, 0] > WELL_OFF * half:
+        elif pixels[n, 0] > 2.0:
             totals[k, 2] += pixels[n, 1]
             totals[k, 3] += 1.0
     levels = np.empty((2, count))

@@ -10,7 +10,11 @@ from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.arc import J, farthest, quadrant_table, sector_angles, semi_axes
-from wentry_cli.contours.band_solution import (
+from wentry_cli.contours.discrepancy import residual_statistics
+from wentry_cli.contours.ellipse import SilhouetteFit
+from wentry_cli.contours.likelihood import COUNT
+from wentry_cli.contours.normal_equations import invert_block
+from wentry_cli.contours.refine import (
     HALF_PX,
     SECTOR_ANGLE,
     SECTOR_PX,
@@ -19,10 +23,6 @@ from wentry_cli.contours.band_solution import (
     gather_band,
     solve_band,
 )
-from wentry_cli.contours.discrepancy import residual_statistics
-from wentry_cli.contours.ellipse import SilhouetteFit
-from wentry_cli.contours.likelihood import COUNT
-from wentry_cli.contours.normal_equations import invert_block
 from wentry_cli.contours.sectors import LEAST_PIXELS, LEVEL_IN, WEIGHT
 from wentry_cli.imaging.patch import Patch
 

@@ -53,16 +53,13 @@ def noise_levels(sums: Floats, verdict: Floats, noise: Floats) -> None:
     for side in range(2):
         count, square = (COUNT_IN, SQUARE_IN) if side == 0 else (COUNT_OUT, SQUARE_OUT)
         means = np.empty(sums.shape[0])
-        number, pixels = 0, 0.0
+        number = 0
         for k in range(sums.shape[0]):
             if sums[k, count] >= 0.3 * LEAST_PIXELS and verdict[k, WEIGHT] > 0.0:
                 means[number] = sums[k, square] / sums[k, count]
                 number += 1
-                pixels += sums[k, count]
         if number >= 4:
-            # the median of a mean of n squares lies below their variance (Wilson and Hilferty)
-            skew = (1.0 - 2.0 * number / (9.0 * pixels)) ** 3
-            noise[side] = max(1e-8, median_of(means, number) / skew)
+            noise[side] = max(1e-8, median_of(means, number))
     # light brings its own noise: what looks quieter on the bright side is clipped, or a sum over few pixels
     noise[1] = max(noise[1], noise[0])
     noise[0] = max(noise[0], 0.02 * noise[1])

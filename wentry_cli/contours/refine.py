@@ -9,34 +9,84 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.contours.arc import LENGTH, farthest
-from wentry_cli.contours.band_solution import Band, first_belief, gather_band, half_width, solve_band
-from wentry_cli.contours.discrepancy import (
-    add_common_shift,
-    add_discrepancy,
-    excess_variance,
-    pull_of_sectors,
-    residual_statistics,
+from wentry_cli.contours.arc import LENGTH, J, arc_geometry, farthest, quadrant_table, sector_angles, semi_axes
+from wentry_cli.contours.band import collect_band
+from wentry_cli.contours.discrepancy import add_discrepancy, excess_variance, pull_of_sectors, residual_statistics
+from wentry_cli.contours.likelihood import (
+    COUNT,
+    STATE,
+    SUMS,
+    accumulate,
+    first_levels,
 )
-from wentry_cli.contours.likelihood import COUNT, first_levels
-from wentry_cli.contours.normal_equations import invert_block
-from wentry_cli.contours.nuisances import Belief
-from wentry_cli.contours.reconsider import other_ellipse
-from wentry_cli.contours.sectors import LEAST_PIXELS, LEVEL_IN, LEVEL_OUT, LN_S, WEIGHT
+from wentry_cli.contours.normal_equations import factorise, invert_block, substitute
+from wentry_cli.contours.nuisances import PRIOR_LN_S, Belief, add_priors, noise_levels, priors, weigh_noise
+from wentry_cli.contours.sectors import (
+    LEAST_PIXELS,
+    LEVEL_IN,
+    LEVEL_OUT,
+    LN_S,
+    NUISANCES,
+    VERDICT,
+    WEIGHT,
+    assemble,
+    judge,
+    level_spread,
+    set_state,
+)
 from wentry_cli.contours.turning import no_turn, pixel_turn, wants_tilt
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+SECTOR_PX = 4.0
+SECTOR_ANGLE = math.radians(12.0)
+HALF_PX = 4.5
+SETTLED_PX = 0.004
 RECOLLECT_PX = 0.25
-# Where the ground is clipped nobody knows how bright it is, nor where half of it lies: uncertainty of the edge.
-CLIPPED_SHARE, CLIPPED_PX = 0.995, 0.2
-# With more of the outline left out, another ellipse is tried, if it lies farther away than this.
-DOUBTFUL, OTHER_PX = 0.5, 0.03
+ROUNDS = 6
 COLLECTIONS = 4
 # Entries of the report of `refine_shape`.
 STATUS, BLUR, ARC, GATED, RESIDUAL, IN, OUT, WAVES, REPORT = 0, 1, 2, 3, 4, 5, 6, 7, 8
 SINGULAR, LOST = 1.0, 2.0
+
+
+class Band(NamedTuple):
+    """Pixels about the outline, the sectors they fall into, and what the scene is like.
+
+    ``scene`` holds centre (x, y), radius and motion (x, y); ``settings`` the top row, the motion (x, y), the ceiling
+    and 1 where outliers lie outside only.
+    """
+
+    pixels: Floats
+    sectors: Ints
+    rows: Floats
+    scene: Floats
+    settings: Floats
+
+
+@compiled
+def update(
+    normal: Floats, right: Floats, free: Ints, rows: Floats, moved: Floats, nuisance: Floats
+) -> tuple[bool, float]:
+    """Solve for one step in place; False where singular, and the greatest change of an edge (px) or of ln s / 10."""
+    if not factorise(normal):
+        return False, math.nan
+    substitute(normal, right)
+    size = free.size
+    for i in range(size):
+        moved[free[i]] += right[i]
+    for i in range(NUISANCES - 1):
+        nuisance[i] += right[size + i]
+    blur_step = min(0.35, max(-0.35, right[size + LN_S]))
+    nuisance[LN_S] = min(1.8, max(-1.2, nuisance[LN_S] + blur_step))
+    largest = 0.1 * abs(blur_step)
+    for k in range(rows.shape[0]):
+        change = 0.0
+        for i in range(size):
+            change += rows[k, J + free[i]] * right[i]
+        largest = max(largest, abs(change))
+    return True, largest
 
 
 @compiled
@@ -51,59 +101,66 @@ def arc_shares(rows: Floats, sums: Floats, verdict: Floats) -> tuple[float, floa
     return seen / total, 1.0 - kept / max(seen, 1e-9)
 
 
-class Solution(NamedTuple):
-    """The last band and what came out of it: beliefs, step (5), Cholesky factor, sums and verdict of the sectors."""
+@compiled
+def gather_band(values: NDArray[np.float32], shape: Floats, settings: Floats, masked: float) -> Band:
+    """Cut the outline of ``shape`` into sectors and collect the pixels about it.
 
-    band: Band
-    belief: Belief
-    moved: Floats
-    factor: Floats
-    sums: Floats
-    verdict: Floats
+    ``masked`` is the level that masked pixels outside of the edge are taken to have; NaN leaves them out.
+    """
+    a, b = semi_axes(shape)
+    count, table = quadrant_table(a, b, SECTOR_PX, SECTOR_ANGLE)
+    rows = arc_geometry(shape, sector_angles(count, table))
+    motion = 0.5 * math.hypot(settings[1], settings[2])
+    limits = np.array([min(HALF_PX + motion, 0.5 * min(a, b)), HALF_PX + motion, settings[0], masked])
+    pixels, sectors, _ = collect_band(values, shape, count, table, limits)
+    scene = np.array([shape[0], shape[1], shape[2], settings[1], settings[2]])
+    return Band(pixels, sectors, rows, scene, settings)
 
 
 @compiled
-def settle(
-    values: NDArray[np.float32], shape: Floats, free: Ints, band: Band, belief: Belief, masked: float, report: Floats
-) -> Solution:
-    """Solve, and collect again where the outline has moved; ``shape`` and ``report`` are changed in place."""
-    settings = band.settings
-    moved, factor, sums, verdict = solve_band(band, belief, free, 0)
-    for _ in range(COLLECTIONS):
-        report[ARC], report[GATED] = arc_shares(band.rows, sums, verdict)
-        if factor.size == 0:
-            report[STATUS] = SINGULAR
-            break
-        far = farthest(band.rows, moved)
-        shape[:5] += moved
-        if far > 4.0 or not (0.3 < shape[3] < 4.0 and shape[2] > 2.0):
-            report[STATUS] = LOST
-            break
-        report[STATUS] = 0.0
-        if far < RECOLLECT_PX:
-            break
-        band = gather_band(values, shape, settings, masked)
-        moved, factor, sums, verdict = solve_band(band, belief, free, 0)
-    return Solution(band, belief, moved, factor, sums, verdict)
+def first_belief(band: Band) -> Belief:
+    """Levels from the pixels away from the edge; the level inside is NaN where no sector has any."""
+    nuisance = np.zeros(NUISANCES)
+    low, high = first_levels(band.pixels, band.sectors, band.rows.shape[0])
+    nuisance[LEVEL_IN], nuisance[LEVEL_OUT] = low, 1.0 if math.isnan(high) else high
+    nuisance[LN_S] = PRIOR_LN_S
+    prior = priors(nuisance, band.scene[2], band.settings[3])
+    return Belief(nuisance, prior, np.zeros(2), np.full(2, 1e-6), np.zeros(5))
 
 
 @compiled
-def reconsider(
-    values: NDArray[np.float32], shape: Floats, free: Ints, first: Solution, masked: float, report: Floats
-) -> Solution:
-    """Try the ellipse that most edge-like sectors agree on; it is kept where less of the outline speaks against it."""
-    step = other_ellipse(first.verdict, first.band.rows, free)
-    if farthest(first.band.rows, step) < OTHER_PX:
-        return first
-    other, told = shape.copy(), report.copy()
-    other[:5] += step
-    band = gather_band(values, other, first.band.settings, masked)
-    second = settle(values, other, free, band, first_belief(band), masked, told)
-    if told[STATUS] == 0.0 and told[GATED] < report[GATED]:
-        shape[:] = other
-        report[:] = told
-        return second
-    return first
+def solve_band(band: Band, belief: Belief, free: Ints, patience: int) -> tuple[Floats, Floats, Floats, Floats]:
+    """Gauss-Newton steps of the free parameters over one band of pixels; ``belief`` is changed in place.
+
+    For the first ``patience`` turns no sector is left out for standing out from the others.
+
+    Returns the total step (5), the Cholesky factor of the last normal matrix (empty where it was singular), the sums
+    and the verdict of the sectors.
+    """
+    count = band.rows.shape[0]
+    sums, state = np.zeros((count, SUMS)), np.zeros((count, STATE))
+    verdict = np.zeros((count, VERDICT))
+    moved = np.zeros(5)
+    normal = np.zeros((0, 0))
+    for turn in range(ROUNDS):
+        set_state(state, band.rows, moved, belief.nuisance, band.scene)
+        fresh = belief.noise[1] == 0.0
+        if fresh:
+            belief.noise[:] = 1.0
+        accumulate(band.pixels, band.sectors, state, belief.noise, band.settings[3], sums)
+        if fresh:
+            weigh_noise(sums, verdict, belief.noise)
+        level_spread(sums, belief.spread)
+        judge(sums, belief.spread, band.scene[2], band.settings[4] > 0.0, turn < patience, verdict)
+        normal, right = assemble(sums, verdict, band.rows, free, band.scene, belief.spread)
+        add_priors(normal, right, free, moved, belief)
+        good, change = update(normal, right, free, band.rows, moved, belief.nuisance)
+        if not good:
+            return moved, np.zeros((0, 0)), sums, verdict
+        noise_levels(sums, verdict, belief.noise)
+        if (turn > patience and change < SETTLED_PX) or change > 2.0:
+            break
+    return moved, normal, sums, verdict
 
 
 @compiled
@@ -120,23 +177,31 @@ def refine_shape(
     nothing = np.zeros((free.size, free.size))
     masked = math.nan
     band = gather_band(values, shape, settings, masked)
-    if math.isnan(first_levels(band.pixels, band.sectors, band.rows.shape[0], half_width(band.settings))[1]):
+    if math.isnan(first_levels(band.pixels, band.sectors, band.rows.shape[0])[1]):
         # no light was left outside of the edge: it was clipped and masked, so it is at least the ground's 1
         masked = 1.0
         band = gather_band(values, shape, settings, masked)
     belief = first_belief(band)
     if math.isnan(belief.nuisance[LEVEL_IN]):
         return nothing, report, no_turn()
-    solution = settle(values, shape, free, band, belief, masked, report)
-    if report[STATUS] == 0.0 and report[GATED] > DOUBTFUL:
-        solution = reconsider(values, shape, free, solution, masked, report)
-    if report[STATUS] != 0.0:
-        return nothing, report, no_turn()
-    band, belief, moved, factor, sums, verdict = solution
+    moved, factor, sums, verdict = solve_band(band, belief, free, 0)
+    for _ in range(COLLECTIONS):
+        report[ARC], report[GATED] = arc_shares(band.rows, sums, verdict)
+        if factor.size == 0:
+            report[STATUS] = SINGULAR
+            return nothing, report, no_turn()
+        far = farthest(band.rows, moved)
+        shape[:5] += moved
+        if far > 4.0 or not (0.3 < shape[3] < 4.0 and shape[2] > 2.0):
+            return nothing, report, no_turn()
+        if far < RECOLLECT_PX:
+            break
+        band = gather_band(values, shape, settings, masked)
+        moved, factor, sums, verdict = solve_band(band, belief, free, 0)
     report[RESIDUAL], chi2 = residual_statistics(verdict, free.size)
     if math.isnan(chi2):
-        report[STATUS] = LOST
         return nothing, report, no_turn()
+    report[STATUS] = 0.0
     report[BLUR] = math.exp(belief.nuisance[LN_S])
     report[IN], report[OUT] = belief.nuisance[LEVEL_IN], belief.nuisance[LEVEL_OUT]
     covariance = invert_block(factor, free.size, max(1.0, chi2))
@@ -144,8 +209,6 @@ def refine_shape(
     excess = excess_variance(verdict, free.size)
     weight = verdict[:, WEIGHT].copy()
     report[WAVES] = add_discrepancy(covariance, factor, pull, band.rows, weight, free, excess)
-    if masked == 1.0 or report[OUT] >= CLIPPED_SHARE * band.settings[3]:
-        add_common_shift(covariance, factor, pull, CLIPPED_PX)
     turn = no_turn()
     if wants_tilt(free):
         turn = pixel_turn(sums, verdict, band.rows, band.scene, free, moved, belief)

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.arc import DEPARTURE, KAPPA, NX, NY, J, X, Y
 from wentry_cli.contours.likelihood import (
-    BOW,
     CHI2,
     COUNT,
     DD,
@@ -48,12 +47,11 @@ LEVEL_IN, LEVEL_OUT, SLOPE_X, SLOPE_Y, LN_S, NUISANCES = 0, 1, 2, 3, 4, 5
 TOLERANCE_PX = 0.15
 TOLERANCE_OF_R = 0.0025
 HARD_GATE = 3.0
-LEAST_PIXELS = 7.0
+LEAST_PIXELS = 12.0
 # Motion across the edge with less variance than this counts as blur.
 LEAST_SMEAR_PX2 = 0.1
 # Displacements over (uncertainty x scale) and reduced chi squares over the usual one between which weight is lost.
 SOFT_START, SOFT_END = 3.0, 5.0
-BESIDE_OUTWARD, BESIDE_INWARD = 0.15, 0.5
 QUALITY_START, QUALITY_END = 1.7, 3.0
 
 
@@ -84,8 +82,6 @@ def set_state(state: Floats, rows: Floats, moved: Floats, nuisance: Floats, scen
         state[k, RATIO] = s2 / normal
         # the outer nodes of three lie at sqrt(3/5) of half the path, whose square is 12 times the variance
         state[k, SMEAR] = math.sqrt(1.8 * across) * state[k, INV_S] if smeared else 0.0
-        # an edge that also moves along itself is bent away at the ends of the path, not in its middle
-        state[k, BOW] = 0.5 * kappa * along * state[k, INV_S]
         state[k, INSIDE] = nuisance[LEVEL_IN]
         x, y = (rows[k, X] - scene[0]) / scene[2], (rows[k, Y] - scene[1]) / scene[2]
         state[k, OUTSIDE] = nuisance[LEVEL_OUT] + nuisance[SLOPE_X] * x + nuisance[SLOPE_Y] * y
@@ -118,7 +114,7 @@ def level_spread(sums: Floats, spread: Floats) -> None:
     for side in range(2):
         found = median_of(inside if side == 0 else outside, number) * 1.4826
         expected = median_of(expected_in if side == 0 else expected_out, number)
-        spread[side] = max(1e-8, found * found - 1.6 * expected)
+        spread[side] = max(1e-6, found * found - 1.6 * expected)
 
 
 @compiled
@@ -149,17 +145,14 @@ def marginalise(row: Floats, spread: Floats, local: Floats) -> float:
 
 @compiled
 def shun_neighbours(verdict: Floats) -> None:
-    """Take weight from a sector beside one that was left out: what hides one reaches into the next.
-
-    What hides an edge before a bright ground is mostly dark and moves it outwards: such a neighbour loses more.
-    """
+    """Halve the weight of a sector beside one that was left out: what hides one reaches into the next."""
     count = verdict.shape[0]
     out = np.zeros(count, dtype=np.bool_)
     for k in range(count):
         out[k] = verdict[k, WEIGHT] == 0.0 and not math.isnan(verdict[k, MOVED])
     for k in range(count):
         if out[k - 1] or out[(k + 1) % count]:
-            verdict[k, WEIGHT] *= BESIDE_OUTWARD if verdict[k, MOVED] > 0.0 else BESIDE_INWARD
+            verdict[k, WEIGHT] *= 0.5
 
 
 @compiled
