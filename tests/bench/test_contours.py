@@ -5,8 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from wentry_cli.bench.contour_peers import recipes
-from wentry_cli.bench.contours import CASES, bound_of, draw_frame, run
+from wentry_cli.bench.contours import run
+from wentry_cli.bench.outline_cases import CASES, QUICK, find_case
+from wentry_cli.bench.outline_frames import bounds_of, draw_frame
+from wentry_cli.bench.outline_peers import NOTHING, recipes
+
+BOTTOM = 3
+ROUGH = {"minEnclosingCircle", "HoughCircles", "lowest dark pixel"}
 
 
 @pytest.fixture(scope="module")
@@ -20,10 +25,9 @@ def pick(rows, case, method, quantity):
 
 
 def test_ours_is_near_the_bound_and_ordinary_recipes_are_not(rows):
-    case = CASES[0].name
-    accurate = pick(rows, case, "wentry accurate", "bottom_y")
-    ordinary = pick(rows, case, "threshold + cv2.fitEllipse", "bottom_y")
-    half_pixel = pick(rows, case, "threshold + cv2.fitEllipse + half pixel", "bottom_y")
+    accurate = pick(rows, "noise 1 %", "wentry accurate", "bottom_y")
+    ordinary = pick(rows, "noise 1 %", "fitEllipse", "bottom_y")
+    half_pixel = pick(rows, "noise 1 %", "fitEllipse + ½ px", "bottom_y")
     assert accurate.ratio_to_bound < 2.0
     assert accurate.failures == 0.0
     assert ordinary.ratio_to_bound > 30.0
@@ -31,27 +35,42 @@ def test_ours_is_near_the_bound_and_ordinary_recipes_are_not(rows):
     assert abs(half_pixel.bias) < abs(ordinary.bias)
 
 
-def test_every_method_has_a_time_and_a_share_of_failures(rows):
+def test_every_method_has_a_time_and_its_shares(rows):
     assert {r.chapter for r in rows} == {"contours"}
+    assert {r.case for r in rows} == set(QUICK)
     for row in rows:
         assert row.time_us > 0.0
         assert 0.0 <= row.failures <= 1.0
+        assert 0.0 <= row.measured <= 1.0
         assert math.isfinite(row.rmse) or row.failures == 1.0
+
+
+def test_only_ours_states_uncertainties(rows):
+    stated = {r.method for r in rows if math.isfinite(r.pull)}
+    assert stated == {"wentry accurate", "wentry fast"}
 
 
 @pytest.mark.parametrize("name", recipes())
 def test_a_recipe_sees_a_clean_sphere(name):
-    frame = draw_frame(CASES[0], 3)
-    stretch, bottom = recipes()[name](frame.region, frame.shape.radius, frame.top_y)
-    assert stretch == pytest.approx(frame.shape.stretch, abs=0.02)
-    assert bottom == pytest.approx(frame.bottom_y, abs=0.8)
+    frame = draw_frame(find_case("λ 1.0"), 3, 0)
+    x, _, stretch, bottom = recipes()[name](frame.region, frame.guess.radius, 0.0)
+    assert x == pytest.approx(frame.truth[0], abs=2.0)
+    assert bottom == pytest.approx(frame.truth[BOTTOM], abs=1.5)
+    if name not in ROUGH:
+        assert stretch == pytest.approx(frame.truth[2], abs=0.02)
 
 
-@pytest.mark.parametrize("name", recipes())
+@pytest.mark.parametrize("name", sorted(set(recipes()) - {"lowest dark pixel"}))
 def test_a_recipe_without_a_sphere_has_no_number(name):
-    assert all(math.isnan(v) for v in recipes()[name](np.ones((60, 60), np.float32), 20.0, 30.0))
+    assert recipes()[name](np.ones((60, 60), np.float32), 20.0, 30.0) == pytest.approx(NOTHING, nan_ok=True)
 
 
-def test_the_bound_of_a_moving_sphere_is_larger():
-    moving = next(case for case in CASES if case.motion_px != (0.0, 0.0))
-    assert bound_of(moving).bottom_y_px > bound_of(CASES[0]).bottom_y_px
+def test_names_are_cases_of_their_own():
+    assert len({case.name for case in CASES}) == len(CASES)
+
+
+def test_the_bound_grows_with_what_hides_the_sphere():
+    clean = bounds_of(find_case("noise 1 %"))
+    assert bounds_of(find_case("motion 3.6 px"))[BOTTOM] > clean[BOTTOM]
+    assert bounds_of(find_case("20 % of the arc"))[2] > clean[2]
+    assert (bounds_of(find_case("noise 5 %"))[:4] > 3.0 * clean[:4]).all()
