@@ -98,3 +98,14 @@ def test_the_same_seed_gives_the_same_interval() -> None:
     x = np.linspace(1, 5, 9)
     one, two = (fit_line(x, np.sqrt(x), np.arange(9), rng(7)) for _ in range(2))
     assert (one.slope_low, one.slope_high) == (two.slope_low, two.slope_high)
+
+
+def test_points_that_hardly_differ_in_x_tell_no_slope() -> None:
+    x = 2.0 + 1e-9 * np.arange(9)
+    y = 0.3 + 0.01 * np.random.default_rng(4).normal(size=9)
+    for found in (
+        fit_power_law(x, y, np.arange(9), rng()),
+        fit_line(x, y, np.arange(9), rng(), intercept=True),
+    ):
+        assert found.status == "too_few"
+        assert np.isnan(found.slope)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 MINIMUM_POINTS = 5
 RESAMPLES = 2000
+LEAST_DRAWS = 100
 CONFIDENCE = 0.95
 ONE_SIGMA = (15.87, 84.13)
 
@@ -57,6 +58,8 @@ def fit_line(
     design = np.stack([x, np.ones_like(x)], axis=1) if intercept else x[:, None]
     fitted = _solve(design, y)
     draws = _bootstrap(design, y, spheres, random)
+    if not draws:
+        return _nothing(x.size)
     low, high, spread = _interval(draws, 0)
     scatter, share = _scatter(design, y, fitted)
     return Regression(
@@ -87,6 +90,8 @@ def fit_power_law(x: Array, y: Array, spheres: NDArray[np.int64], random: np.ran
     design = np.stack([np.ones_like(logs), logs], axis=1)
     fitted = _solve(design, values)
     draws = _bootstrap(design, values, spheres, random)
+    if not draws:
+        return _nothing(logs.size)
     low, high, spread = _interval(draws, 0)
     steep_low, steep_high, steep_spread = _interval(draws, 1)
     scatter, share = _scatter(design, values, fitted)
@@ -120,11 +125,15 @@ def _scatter(design: Array, y: Array, fitted: Array) -> tuple[float, float]:
     return scatter, 1.0 - float(np.sum(residual**2)) / total if total > 0.0 else np.nan
 
 
-def _bootstrap(design: Array, y: Array, spheres: NDArray[np.int64], random: np.random.Generator) -> tuple[Array, Array]:
-    """Parameters of resampled sets, (draws, parameters): over drops and over spheres."""
+def _bootstrap(design: Array, y: Array, spheres: NDArray[np.int64], random: np.random.Generator) -> list[Array]:
+    """Parameters of resampled sets, (draws, parameters): over drops and over spheres.
+
+    A way of drawing of which hardly a set has any spread in x is left out; where both are, nothing is known.
+    """
     groups = [np.flatnonzero(spheres == s) for s in np.unique(spheres)]
     single = [np.array([i]) for i in range(y.size)]
-    return _draws(design, y, single, random), _draws(design, y, groups, random)
+    both = (_draws(design, y, single, random), _draws(design, y, groups, random))
+    return [draws for draws in both if draws.shape[0] > LEAST_DRAWS]
 
 
 def _draws(design: Array, y: Array, groups: list[NDArray[np.int64]], random: np.random.Generator) -> Array:
@@ -140,13 +149,13 @@ def _draws(design: Array, y: Array, groups: list[NDArray[np.int64]], random: np.
     return np.asarray(np.linalg.solve(matrices[regular], vectors[regular][..., None])[..., 0], dtype=float)
 
 
-def _interval(draws: tuple[Array, Array], column: int) -> tuple[float, float, float]:
+def _interval(draws: list[Array], column: int) -> tuple[float, float, float]:
     """The wider of the percentile intervals at each end, and the greater half width of the central 68 %.
 
     A few resamples with hardly any spread in x throw their slopes far out; a standard deviation would tell only those.
     """
     tail = 50.0 * (1.0 - CONFIDENCE)
-    sets = [d[:, column] for d in draws if d.shape[0] > 100]
+    sets = [d[:, column] for d in draws]
     lows = [float(np.percentile(s, tail)) for s in sets]
     highs = [float(np.percentile(s, 100.0 - tail)) for s in sets]
     return min(lows), max(highs), max(float(np.diff(np.percentile(s, ONE_SIGMA))[0]) / 2 for s in sets)
