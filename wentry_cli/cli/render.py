@@ -15,8 +15,16 @@ from wentry_cli.cli import options as opt
 @opt.options(opt.jobs, opt.only, opt.quiet)
 def command(scenes: Path, output: Path, jobs: int, only: tuple[str, ...], quiet: bool) -> None:
     """Draw the synthetic drops of the YAML file SCENES, both views, with experiment.yaml and truth/ beside them."""
+    from wentry_cli.runner.lock import locked
     from wentry_cli.synthetic.campaign import render_campaign
+    from wentry_cli.synthetic.scenes_file import load_scenes
 
-    names = render_campaign(scenes, output, jobs=jobs, only=only)
+    def progress(done: int, total: int) -> None:
+        if not quiet:
+            click.echo(f"{done} of {opt.counted(total, 'drop')} drawn", err=True)
+
+    load_scenes(scenes)  # before anything is written
+    with locked(output):
+        names = render_campaign(scenes, output, jobs=jobs, only=only, progress=progress)
     if not quiet:
         click.echo(f"{opt.counted(len(names), 'drop')} in {output}; next: wentry run {output}", err=True)

@@ -11,7 +11,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from wentry_cli.errors import ConfigurationError
+from wentry_cli.errors import ConfigurationError, InputError
 from wentry_cli.synthetic.camera_view import place_side
 from wentry_cli.synthetic.course import Course, plan_course
 from wentry_cli.synthetic.drop_folder import clear_folder, write_whole
@@ -119,8 +119,18 @@ def render_drop(scene: Scene, folder: Path, *, progress: Progress | None = None)
     """Draw both views of ``scene`` into ``folder`` with experiment.yaml and truth/.
 
     ``progress`` is called with (frames done, frames in all). The same scene gives the same bytes. Files of an earlier
-    rendering are removed; raises InputError if ``folder`` holds others and no rendering.
+    rendering are removed; raises InputError if ``folder`` holds others and no rendering, or cannot be written.
     """
+    try:
+        _draw_drop(scene, folder, progress)
+    except OSError as error:
+        raise InputError(
+            f"{folder}: cannot be written ({error.strerror or error}); this drop is incomplete: make room or choose "
+            f"another folder with -o, and render again"
+        ) from error
+
+
+def _draw_drop(scene: Scene, folder: Path, progress: Progress | None) -> None:
     course, times = plan_scene(scene)
     total, count = sum(t.size for t in times.values()), 0
 
