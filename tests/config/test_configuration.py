@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -173,6 +174,16 @@ def test_drops_are_found_at_any_depth(tmp_path: Path) -> None:
     _write(tmp_path / "a" / "side", GOOD)  # a drop does not hold drops
     assert list(find_drops(tmp_path)) == ["a", "b__10", "b__2"]
     assert list(find_drops(tmp_path / "a")) == ["a"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need rights there")
+def test_a_link_to_a_folder_above_is_not_followed(tmp_path: Path) -> None:
+    for name in ("outside", "videos/in", "store"):
+        (tmp_path / name).mkdir(parents=True)
+        (tmp_path / name / "experiment.yaml").write_text("")
+    (tmp_path / "videos" / "loop").symlink_to(tmp_path, target_is_directory=True)
+    (tmp_path / "videos" / "far").symlink_to(tmp_path / "store", target_is_directory=True)
+    assert list(find_drops(tmp_path / "videos")) == ["far", "in"]
 
 
 def test_no_drop_and_no_folder(tmp_path: Path) -> None:

@@ -82,6 +82,8 @@ class Drop:
 def find_drops(video_dir: Path) -> dict[str, Path]:
     """Name and folder of every drop in ``video_dir``, sorted by name; drops do not nest.
 
+    Links are followed, except to a folder seen before or to one that holds ``video_dir``.
+
     Raises ``InputError`` where the folder is missing or holds no ``experiment.yaml``, or where two drops would have one
     name.
     """
@@ -96,8 +98,11 @@ def find_drops(video_dir: Path) -> dict[str, Path]:
     seen: set[str] = set()
     for folder, below, files in os.walk(video_dir, followlinks=True):
         seen.add(os.path.realpath(folder))
-        paths = {name: os.path.realpath(os.path.join(folder, name)) for name in below}
-        below[:] = sorted(name for name in below if not name.startswith(".") and paths[name] not in seen)
+        paths = {name: Path(folder, name).resolve() for name in below}
+        below[:] = sorted(
+            name for name, path in paths.items()
+            if not name.startswith(".") and str(path) not in seen and not root.is_relative_to(path)
+        )  # fmt: skip
         if EXPERIMENT not in files:
             continue
         below.clear()

@@ -16,6 +16,7 @@ from wentry_cli.pipeline import CampaignStage, Stage, campaign_stages_of, stages
 from wentry_cli.runner.campaign import Hands, run_campaign
 from wentry_cli.runner.campaign_stages import Members, plan_campaign, rewritten_by, run_campaign_stages
 from wentry_cli.runner.drop import Event, Failure, Report
+from wentry_cli.runner.edited import warn_of_edits
 from wentry_cli.runner.lock import locked
 from wentry_cli.runner.plan import INTERRUPTED, Choice, Step, plan
 from wentry_cli.runner.record import RUN, STAGES, read_drops, read_json, write_run
@@ -179,7 +180,8 @@ def processed(results: Path, only: tuple[str, ...] = ()) -> Campaign:
     drops = read_drops(results)
     names = _selected([drop.name for drop in drops], only, results)
     drops = [drop for drop in drops if drop.name in names]
-    return Campaign(drops, [failure for drop in drops for failure in _failed_before(results, drop)])
+    edits = [note for drop in drops for note in warn_of_edits(results / drop.name)]
+    return Campaign(drops, [failure for drop in drops for failure in _failed_before(results, drop)], edits)
 
 
 def _failed_before(results: Path, drop: Drop) -> list[Failure]:

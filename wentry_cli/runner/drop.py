@@ -18,6 +18,7 @@ from wentry_cli.pipeline import STAGES as ALL_STAGES
 from wentry_cli.pipeline import Stage
 from wentry_cli.provenance import digest_of_file, peak_memory_mb
 from wentry_cli.runner.corrections import apply_corrections
+from wentry_cli.runner.edited import edited_tables
 from wentry_cli.runner.plan import INTERRUPTED, Choice, as_read_by, fingerprint, plan
 from wentry_cli.runner.record import STAGES, note_stage, read_json, write_drop
 from wentry_cli.tables import table_path, write_text
@@ -63,7 +64,7 @@ def run_drop(results: Path, drop: Drop, stages: list[Stage], choice: Choice, rep
     except WentryError as error:
         failure = Failure(drop.name, running[0], error.exit_code, str(error))
     except Exception as bug:
-        failure = Failure(drop.name, running[0], 1, keep_traceback(results / drop.name, running[0], bug))
+        failure = _failure_of(bug, results / drop.name, running[0])
     else:
         return None
     report(Event(drop.name, failure.stage, "failed", failure.sentence))
@@ -88,6 +89,19 @@ def _run_steps(
         if step.action == "not_needed":
             _forget(folder, stage)
         report(Event(drop.name, stage.name, step.action, step.reason))
+
+
+def _failure_of(bug: Exception, folder: Path, stage: str) -> Failure:
+    """What is said of an error that nobody foresaw: a table that was edited explains it, else it is our mistake."""
+    sentence = keep_traceback(folder, stage, bug)
+    edited = edited_tables(folder)
+    read = next((s.reads for s in ALL_STAGES if s.name == stage), ())
+    for name in read:
+        if name in edited:
+            path, maker = table_path(folder, name), edited[name]
+            sentence = f"{path}: not as the stage {maker} wrote it, and {stage} cannot use it; run {maker} again"
+            return Failure(folder.name, stage, InputError.exit_code, sentence)
+    return Failure(folder.name, stage, 1, sentence)
 
 
 def keep_traceback(folder: Path, stage: str, bug: Exception) -> str:

@@ -1,0 +1,49 @@
+"""Tables that somebody edited between two stages: said, and no mistake of ours where a stage cannot use them."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import SMALL, call_wentry
+from wentry_cli.runner.edited import edited_tables
+from wentry_cli.synthetic.campaign import render_drop
+from wentry_cli.synthetic.scene import Scene
+
+
+@pytest.fixture(scope="module")
+def fitted(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("edited")
+    render_drop(Scene.model_validate(SMALL), folder / "small")
+    assert call_wentry("process", folder / "small", "-o", folder / "results", "-q") == 0
+    assert call_wentry("fit", folder / "results", "-q") == 0
+    return folder / "results"
+
+
+@pytest.fixture
+def results(fitted: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(fitted, tmp_path / "results"))
+
+
+def test_an_edited_table_is_said(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert edited_tables(results / "small") == {}
+    path = results / "small" / "kinematics.csv"
+    path.write_text(path.read_text() + "\n")
+    assert edited_tables(results / "small") == {"kinematics": "kinematics"}
+    assert call_wentry("fit", results) == 0
+    assert f"{path}: not as the stage kinematics wrote it" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("table", ["kinematics", "side", "geometry"])
+def test_an_edit_that_breaks_a_stage_is_no_mistake_of_ours(
+    results: Path, table: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = results / "small" / f"{table}.csv"
+    path.write_text(path.read_text().splitlines()[0] + "\n")
+    code = call_wentry("fit", results)
+    told = capsys.readouterr().err
+    assert code in (0, 4)
+    assert str(path) in told
+    assert "mistake in wentry" not in told

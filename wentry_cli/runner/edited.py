@@ -1,0 +1,31 @@
+"""Tables that are no longer what their stage wrote: somebody opened and saved them, or a copy was cut short."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from wentry_cli.provenance import digest_of_file
+from wentry_cli.runner.record import STAGES, read_json
+from wentry_cli.tables import table_path
+
+
+def edited_tables(folder: Path) -> dict[str, str]:
+    """The stage of each table of the drop in ``folder`` that was changed after the stage had written it."""
+    found: dict[str, str] = {}
+    for stage, entry in read_json(folder / STAGES).items():
+        written: dict[str, Any] = entry.get("outputs", {}) if isinstance(entry, dict) else {}
+        for name, digest in written.items():
+            today = digest_of_file(table_path(folder, name))
+            if today and today != digest:
+                found[name] = stage
+    return found
+
+
+def warn_of_edits(folder: Path) -> list[str]:
+    """A sentence for each table of the drop in ``folder`` that was changed after its stage had written it."""
+    return [
+        f"{table_path(folder, name)}: not as the stage {stage} wrote it; its numbers are used as they are, "
+        f"`wentry run` or `wentry process` makes it anew"
+        for name, stage in edited_tables(folder).items()
+    ]
