@@ -63,12 +63,44 @@ def test_a_good_file_is_read(tmp_path: Path) -> None:
         (("rigid", "rigd"), "2:50: error: sphere.material: rigd does not stand in"),
         (("side:", "sied:"), "views.sied: unknown key; did you mean side?"),
         (("material: rigid", "mass_kg: 1.0"), "density_kg_m3 1070 and mass_kg 1 disagree"),
+        (("0.051", "0.051_1"), "2:10: error: sphere.diameter_m: must be a number, not '0.051_1'"),
+        (("0.051", "0:3"), "sphere.diameter_m: must be a number, not '0:3'"),
+        (("0.051", "0x1"), "sphere.diameter_m: must be a number, not '0x1'"),
+        (("fps: 2000", "fps: 02000"), "views.side.fps: must be a number or 'from_header', not '02000'"),
+        (("0.051", "9" * 5000), "sphere.diameter_m: must be a number, not '999"),
+        (("source: side", 'source: ""'), "4:10: error: views.side.source: must not be empty"),
+        (("kind:", f"condition: {'x' * 201}\nkind:"), "condition: must have at most 200 characters"),
+        (
+            ("kind:", 'condition: "a\\nb,c\\0"\nkind:'),
+            "1:1: error: condition: must be one line of text without control",
+        ),
+        (("kind:", 'condition: " "\nkind:'), "1:1: error: condition: must not be empty"),
+        (("side,", '"si\\0de",'), "4:10: error: views.side.source: must be one line of text"),
+        (("kind:", "repeat: -1.5\nkind:"), "1:1: error: repeat: must be text or a whole number from 0, not -1.5"),
+        (("kind:", "repeat: .nan\nkind:"), "1:1: error: repeat: must be text or a whole number from 0, not nan"),
+        (("fps: 2000", "fps: 1e9"), "4:24: error: views.side.fps: must be at most 1e+07, not 1000000000.0"),
+        (
+            ("fps: 2000", "surface_y_px: 99999"),
+            "4:24: error: views.side.surface_y_px: must be at most 20000, not 99999",
+        ),
+        (
+            ("kind:", "analysis: {min_frames: 1000000000000000000000000000}\nkind:"),
+            "1:12: error: analysis.min_frames: must",
+        ),
+        (("side: {", "top: {offset_s: 1e300, "), "4:9: error: views.top.offset_s: must be at most 1000, not 1e+300"),
+        (("fps: 2000", "roi_px: [0, 0]"), "views.side.roi_px.2: is required"),
     ],
 )
 def test_a_mistake_is_a_sentence_with_its_place(tmp_path: Path, change: tuple[str, str], expected: str) -> None:
     message = _message(tmp_path, GOOD.replace(*change))
     assert expected in message
     assert str(tmp_path / "experiment.yaml") in message
+
+
+def test_of_several_forms_the_one_that_was_meant_is_spoken_of(tmp_path: Path) -> None:
+    message = _message(tmp_path, GOOD.replace("fps: 2000", "fps: 2000, scale_px_per_m: {air: 1000, wasser: 3}"))
+    place = tmp_path / "experiment.yaml"
+    assert message == f"{place}:4:63: error: views.side.scale_px_per_m.wasser: unknown key; did you mean water?"
 
 
 def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
@@ -137,10 +169,17 @@ def test_a_mistake_in_the_campaign_names_the_campaign(tmp_path: Path) -> None:
         ("kind: [", "not valid YAML"),
         ("- a\n- b\n", "must hold `key: value` lines"),
         ("kind: water_entry\nkind: free_flight\n", "2:1: error: kind: stands twice"),
-        ("a: &x [1]\nb: *x\n", "aliases (*x) are not read"),
-        ("kind: !!python/object/apply:os.system [ls]\n", "not valid YAML"),
+        ("b: *x\n", "1:4: error: aliases (*x) are not read"),
+        ("a: &x [1]\nb: *x\n", "1:4: error: anchors (&x) are not read; write the value alone"),
+        ("kind: &x water_entry\n", "1:7: error: anchors (&x) are not read"),
+        ("kind: !!python/object/apply:os.system [ls]\n", "1:7: error: tags (!…) are not read"),
+        ("a: !!int abc\n", "1:4: error: tags (!…) are not read"),
+        ('a: "\\U00110000"\n', "an escape such as \\U names no character"),
         ("", "kind: is required"),
         ("? [1, 2]\n: 3\n", "a key must be a plain word"),
+        ("1: 2\n", "1:1: error: a key must be a plain word, not 1"),
+        ("kind: water_entry\nnull: 3\n", "2:1: error: a key must be a plain word, not null"),
+        ("<<: {kind: water_entry}\n", "1:1: error: a key must be a plain word, not <<"),
     ],
 )
 def test_hostile_and_broken_yaml(tmp_path: Path, text: str, expected: str) -> None:

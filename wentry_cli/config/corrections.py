@@ -8,8 +8,9 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from wentry_cli.config.messages import validate
-from wentry_cli.config.models import Index, Number, Part, Positive, Uncertainty
+from wentry_cli.config.models import Part
 from wentry_cli.config.places import read_document
+from wentry_cli.config.values import Index, Number, Positive, Uncertainty
 
 CORRECTIONS = "corrections.yaml"
 TOP_COLUMNS = ("stretch", "stretch_unc")

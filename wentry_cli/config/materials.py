@@ -9,8 +9,9 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from wentry_cli.config.messages import validate
-from wentry_cli.config.models import Label, Number, Part, Positive, Uncertainty
+from wentry_cli.config.models import Part
 from wentry_cli.config.places import Document, read_document
+from wentry_cli.config.values import Label, Number, Positive, Uncertainty
 from wentry_cli.errors import ConfigurationError
 from wentry_cli.tables import has_table, read_table
 

@@ -27,16 +27,25 @@ _PLAIN = {
     "model_type": "must hold `key: value` lines, not {input}",
     "tuple_type": "must be a list such as [0, 100], not {input}",
     "too_long": "has too many entries: {input}",
+    "too_short": "has too few entries: {input}",
+    "string_too_short": "must not be empty",
+    "string_too_long": "must have at most {max_length} characters, not {input}",
+    "dict_type": "must hold `key: value` lines, not {input}",
+    "model_attributes_type": "must hold `key: value` lines, not {input}",
+    "bool_type": "must be true or false, not {input}",
 }
+_SHAPES = ("float_type", "int_type", "model_type", "tuple_type", "string_type", "model_attributes_type")
 
 
 def configuration_error(error: ValidationError, document: Document, model: type[BaseModel]) -> ConfigurationError:
     """One error that lists every problem on a line of its own, in the order of the file."""
     by_path: dict[KeyPath, list[Any]] = {}
     for problem in error.errors(include_url=False):
-        by_path.setdefault(_key_path(problem["loc"], document.data), []).append(problem)
+        by_path.setdefault(_key_path(problem, document.data), []).append(problem)
     lines: list[tuple[int, int, str]] = []
     for path, problems in by_path.items():
+        if _is_answered_below(path, problems, by_path):
+            continue
         place = document.place(path)
         key = ".".join(str(part) for part in path) or "experiment"
         where, order = (f"{place}: ", (place.line, place.column)) if place else ("", (0, 0))
@@ -44,17 +53,23 @@ def configuration_error(error: ValidationError, document: Document, model: type[
     return ConfigurationError("\n".join(line for *_, line in sorted(lines)))
 
 
-def _key_path(loc: tuple[str | int, ...], data: Any) -> KeyPath:
-    """Drop the names of union branches that the validator puts into a location."""
+def _key_path(problem: Any, data: Any) -> KeyPath:
+    """Drop the names of union branches that the validator puts into a location; a key that is missing is kept."""
     path: list[str | int] = []
-    for part in loc:
-        below = data[part] if _holds(data, part) else None
-        is_last = part == loc[-1]
-        if below is None and not (_holds(data, part) or (is_last and isinstance(data, dict))):
-            continue
-        path.append(part)
-        data = below
+    *above, last = problem["loc"] or (None,)
+    for part in above:
+        if _holds(data, part):
+            path.append(part)
+            data = data[part]
+    if last is not None and (_holds(data, last) or problem["type"] == "missing"):
+        path.append(last)
     return tuple(path)
+
+
+def _is_answered_below(path: KeyPath, problems: list[Any], by_path: dict[KeyPath, list[Any]]) -> bool:
+    """Where a form with keys of its own was meant, as its wrong keys show, the other forms are not spoken of."""
+    deeper = any(len(other) > len(path) and other[: len(path)] == path for other in by_path)
+    return deeper and all(problem["type"] in (*_SHAPES, "literal_error") for problem in problems)
 
 
 def _holds(data: Any, part: str | int) -> bool:
@@ -65,8 +80,7 @@ def _holds(data: Any, part: str | int) -> bool:
 
 def _nearest_form(problems: list[Any]) -> Any:
     """Where several forms are allowed (a number or ``auto``), speak of the form that came nearest."""
-    shapes = ("float_type", "int_type", "model_type", "tuple_type", "string_type", "model_attributes_type")
-    for unwanted in ((*shapes, "literal_error"), shapes):
+    for unwanted in ((*_SHAPES, "literal_error"), _SHAPES):
         near = [problem for problem in problems if problem["type"] not in unwanted]
         if near:
             break
@@ -83,9 +97,7 @@ def _message(problem: Any, path: KeyPath, model: type[BaseModel]) -> str:
         return "unknown key" + _did_you_mean(path, model)
     if kind == "value_error":
         return str(problem["ctx"]["error"])
-    sentence = _PLAIN.get(kind)
-    if sentence is None:
-        return str(problem["msg"])
+    sentence = _PLAIN.get(kind, "cannot be {input}")
     return sentence.format(input=_shown(problem["input"]), **_context(problem))
 
 

@@ -5,20 +5,21 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
-Uncertainty = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
-Index = Annotated[int, Field(strict=True, ge=0)]
-
-
-def _as_text(value: Any) -> Any:
-    """Labels such as ``repeat: 2`` are text even where they look like numbers."""
-    return str(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
-
-
-Label = Annotated[str, BeforeValidator(_as_text), Field(min_length=1, max_length=200)]
+from wentry_cli.config.values import (
+    Delay,
+    Distance,
+    FewestFrames,
+    FrameRate,
+    Index,
+    Label,
+    Positive,
+    Repeat,
+    Row,
+    Text,
+    Uncertainty,
+)
 
 
 class Part(BaseModel):
@@ -133,23 +134,23 @@ class ScalePair(Part):
 class View(Part):
     """One camera: where its recording is and what is known about it."""
 
-    source: Annotated[str, Field(min_length=1)]
-    fps: Positive | Literal["from_header"] = "from_header"
+    source: Text
+    fps: FrameRate | Literal["from_header"] = "from_header"
     exposure_s: Positive | None = None
     frames: tuple[Index, Index] | None = None
     rotate: Literal[0, 90, 180, 270] = 0
     flip: Literal["none", "h", "v"] = "none"
     roi_px: tuple[Index, Index, Index, Index] | None = None
     polarity: Literal["dark", "bright"] = "dark"
-    background: tuple[Index, Index] | Annotated[str, Field(min_length=1)] = "auto"
+    background: tuple[Index, Index] | Text = "auto"
     scale_px_per_m: Positive | Literal["auto"] | ScalePair = "auto"
     scale_px_per_m_unc: Uncertainty = 0.0
-    surface_y_px: Number | Literal["auto"] = "auto"
+    surface_y_px: Row | Literal["auto"] = "auto"
     surface_y_px_unc: Uncertainty = 0.0
-    optical_axis_y_px: Number | Literal["auto"] = "auto"
-    camera_distance_m: Positive | None = None
+    optical_axis_y_px: Row | Literal["auto"] = "auto"
+    camera_distance_m: Distance | None = None
     camera_distance_m_unc: Uncertainty = 0.0
-    offset_s: Number = 0.0
+    offset_s: Delay = 0.0
 
     @property
     def scale_pair(self) -> ScalePair:
@@ -203,7 +204,7 @@ class Analysis(Part):
     tracking: Literal["accurate", "fast"] = "accurate"
     smoother: Literal["impact_aware", "gcv", "epps"] = "impact_aware"
     stretch: Literal["measured", "model"] = "measured"
-    min_frames: Annotated[int, Field(strict=True, ge=3)] = 12
+    min_frames: FewestFrames = 12
 
 
 class Experiment(Part):
@@ -211,7 +212,7 @@ class Experiment(Part):
 
     kind: Literal["water_entry", "surface_impact", "free_flight"]
     condition: Label | None = None
-    repeat: Label | None = None
+    repeat: Repeat | None = None
     sphere: Sphere
     liquid: Liquid = Liquid()
     gravity_m_s2: Positive = 9.81

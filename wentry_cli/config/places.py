@@ -14,6 +14,7 @@ from wentry_cli.errors import ConfigurationError
 MAX_BYTES = 200_000
 MAX_DEPTH = 20
 KeyPath = tuple[str | int, ...]
+_WORD = "tag:yaml.org,2002:str"
 
 
 @dataclass(frozen=True)
@@ -49,23 +50,29 @@ class Document:
 
 
 class _Loader(yaml.SafeLoader):
-    """Safe YAML in which 1e-4 is a number, as everybody but YAML 1.1 expects."""
+    """Safe YAML whose numbers are those that everybody writes: 1e-4 is one; 0.051_1, 12:30, 0x10 and 010 are not."""
 
 
+_NUMBERS = {
+    "tag:yaml.org,2002:int": re.compile(r"^[-+]?(0|[1-9]\d{0,299})$"),
+    "tag:yaml.org,2002:float": re.compile(
+        r"^([-+]?(\d+\.\d*|\.\d+)([eE][-+]?\d+)?|[-+]?\d+[eE][-+]?\d+|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN))$"
+    ),
+}
+_UNREAD = {*_NUMBERS, "tag:yaml.org,2002:timestamp"}
 _Loader.yaml_implicit_resolvers = {
-    letter: [(tag, pattern) for tag, pattern in pairs if tag != "tag:yaml.org,2002:timestamp"]
+    letter: [(tag, pattern) for tag, pattern in pairs if tag not in _UNREAD]
     for letter, pairs in yaml.SafeLoader.yaml_implicit_resolvers.items()
 }
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float", re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"), list("-+.0123456789")
-)
+for _tag, _pattern in _NUMBERS.items():
+    _Loader.add_implicit_resolver(_tag, _pattern, list("-+.0123456789"))
 
 
 def read_document(path: Path) -> Document:
     """Read a YAML mapping with the place of every key.
 
-    Anchors and aliases are refused (a short file can describe an endless one), as are duplicate keys. Raises
-    ``ConfigurationError`` with file, line and column.
+    Anchors and aliases are refused (a short file can describe an endless one), as are tags, keys that are no words
+    and duplicate keys. Raises ``ConfigurationError`` with file, line and column.
     """
     text = _read_text(path)
     loader = _Loader(text)
@@ -81,8 +88,10 @@ def read_document(path: Path) -> Document:
         data: dict[str, Any] = loader.construct_document(node)
     except yaml.YAMLError as error:
         raise ConfigurationError(_sentence(path, error)) from error
-    except (ValueError, RecursionError) as error:
-        raise ConfigurationError(f"{path}:1:1: error: not readable as YAML ({error})") from error
+    except (ValueError, OverflowError) as error:
+        raise ConfigurationError(
+            f"{path}:1:1: error: not valid YAML: an escape such as \\U names no character"
+        ) from error
     finally:
         loader.dispose()
     return Document(data, places)
@@ -105,13 +114,18 @@ def _read_text(path: Path) -> str:
 
 
 def _refuse_traps(path: Path, text: str) -> None:
-    """Stop at the first alias or at a depth no configuration has, before anything is built."""
+    """Stop at the first anchor, alias or tag, or at a depth no configuration has, before anything is built."""
     depth = 0
     for event in yaml.parse(text, Loader=yaml.SafeLoader):
         mark = event.start_mark
         where = f"{path}:{mark.line + 1}:{mark.column + 1}" if mark else str(path)
         if isinstance(event, yaml.AliasEvent):
             raise ConfigurationError(f"{where}: error: aliases (*{event.anchor}) are not read; write the value out")
+        anchor = getattr(event, "anchor", None)
+        if anchor is not None:
+            raise ConfigurationError(f"{where}: error: anchors (&{anchor}) are not read; write the value alone")
+        if getattr(event, "tag", None) is not None:
+            raise ConfigurationError(f"{where}: error: tags (!…) are not read; write the value alone")
         depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
         if depth > MAX_DEPTH:
             raise ConfigurationError(f"{where}: error: nested deeper than {MAX_DEPTH} levels; no key needs that")
@@ -127,8 +141,9 @@ def _note_places(node: yaml.Node, path: KeyPath, places: dict[KeyPath, Place], f
     if isinstance(node, yaml.MappingNode):
         for key_node, value_node in node.value:
             here = Place(file, key_node.start_mark.line + 1, key_node.start_mark.column + 1)
-            if not isinstance(key_node, yaml.ScalarNode):
-                raise ConfigurationError(f"{here}: error: a key must be a plain word")
+            if not isinstance(key_node, yaml.ScalarNode) or key_node.tag != _WORD:
+                shown = f", not {key_node.value}" if isinstance(key_node, yaml.ScalarNode) else ""
+                raise ConfigurationError(f"{here}: error: a key must be a plain word{shown}")
             below = (*path, key_node.value)
             if below in places:
                 raise ConfigurationError(f"{here}: error: {_dotted(below)}: stands twice; keep one")

@@ -1,0 +1,60 @@
+"""The kinds of values that a key may have; a bound is one that no laboratory meets."""
+
+from __future__ import annotations
+
+import unicodedata
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BeforeValidator, Field
+
+LONGEST_LABEL = 200
+NOT_ON_A_LINE = {"Cc", "Cs", "Zl", "Zp"}  # control, half a surrogate pair, line and paragraph separators
+
+
+def is_one_line(text: str) -> bool:
+    """Whether ``text`` can stand in a line of a message or a table, and in the name of a file."""
+    return not any(unicodedata.category(letter) in NOT_ON_A_LINE for letter in text)
+
+
+def _one_line(text: str) -> str:
+    if not text.strip():
+        raise ValueError("must not be empty")
+    if not is_one_line(text):
+        raise ValueError(f"must be one line of text without control characters, not {text!r:.60}")
+    return text
+
+
+def _label(text: str) -> str:
+    if len(text) > LONGEST_LABEL:
+        raise ValueError(f"must have at most {LONGEST_LABEL} characters, not {len(text)}")
+    return _one_line(text)
+
+
+def _as_text(value: Any) -> Any:
+    """Labels such as ``condition: 2`` are text even where they look like numbers."""
+    return str(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+def _counted(value: Any) -> Any:
+    if (
+        isinstance(value, int | float)
+        and not isinstance(value, bool)
+        and not (value >= 0 and float(value).is_integer())
+    ):
+        raise ValueError(f"must be text or a whole number from 0, not {value!r}")
+    return value
+
+
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
+Uncertainty = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
+Index = Annotated[int, Field(strict=True, ge=0)]
+Text = Annotated[str, AfterValidator(_one_line)]
+Label = Annotated[str, BeforeValidator(_as_text), AfterValidator(_label)]
+Repeat = Annotated[Label, BeforeValidator(_counted)]
+
+FrameRate = Annotated[float, Field(strict=True, gt=0, le=1e7, allow_inf_nan=False)]
+Row = Annotated[float, Field(strict=True, ge=-20_000, le=20_000, allow_inf_nan=False)]
+Distance = Annotated[float, Field(strict=True, gt=0, le=1000, allow_inf_nan=False)]
+Delay = Annotated[float, Field(strict=True, ge=-1000, le=1000, allow_inf_nan=False)]
+FewestFrames = Annotated[int, Field(strict=True, ge=3, le=1_000_000)]
