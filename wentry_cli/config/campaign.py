@@ -13,6 +13,7 @@ from wentry_cli.config.materials import Material, calibrated, find_material, pac
 from wentry_cli.config.messages import validate
 from wentry_cli.config.models import Experiment, View
 from wentry_cli.config.places import Document, read_document
+from wentry_cli.config.plausible import refuse_implausible
 from wentry_cli.errors import ConfigurationError, InputError
 
 EXPERIMENT = "experiment.yaml"
@@ -130,6 +131,7 @@ def read_drop(name: str, folder: Path, overrides: Document | None = None, top: P
     if overrides is not None:
         document = overrides.over(document)
     experiment = validate(Experiment, document)
+    refuse_implausible(experiment, folder, document)
     beside = (shared.path.parent if shared.path else folder) / "materials.yaml"
     materials = beside if beside.is_file() else packaged_config("materials.yaml")
     try:

@@ -10,15 +10,22 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from wentry_cli.config.values import (
     Delay,
     Distance,
+    Exposure,
     FewestFrames,
     FrameRate,
+    Gravity,
+    Height,
     Index,
     Label,
+    LiquidDensity,
     Positive,
     Repeat,
     Row,
+    Speed,
+    SurfaceTension,
     Text,
     Uncertainty,
+    Viscosity,
 )
 
 
@@ -82,11 +89,11 @@ class Sphere(Part):
 class Liquid(Part):
     """The liquid; from ``temperature_c`` the properties of pure water follow."""
 
-    density_kg_m3: Positive = 998.2
+    density_kg_m3: LiquidDensity = 998.2
     density_kg_m3_unc: Uncertainty = 0.0
-    viscosity_pa_s: Positive = 1.0e-3
+    viscosity_pa_s: Viscosity = 1.0e-3
     viscosity_pa_s_unc: Uncertainty = 0.0
-    surface_tension_n_m: Positive = 0.0728
+    surface_tension_n_m: SurfaceTension = 0.0728
     surface_tension_n_m_unc: Uncertainty = 0.0
     temperature_c: Annotated[float, Field(strict=True, ge=0, le=100)] | None = None
 
@@ -118,9 +125,9 @@ def water_properties(temperature_c: float) -> dict[str, float]:
 class Release(Part):
     """How the sphere was dropped: a cross-check, since the speed is measured."""
 
-    height_m: Positive | None = None
+    height_m: Height | None = None
     height_m_unc: Uncertainty = 0.0
-    impact_speed_m_s: Positive | None = None
+    impact_speed_m_s: Speed | None = None
     impact_speed_m_s_unc: Uncertainty = 0.0
 
 
@@ -136,7 +143,7 @@ class View(Part):
 
     source: Text
     fps: FrameRate | Literal["from_header"] = "from_header"
-    exposure_s: Positive | None = None
+    exposure_s: Exposure | None = None
     frames: tuple[Index, Index] | None = None
     rotate: Literal[0, 90, 180, 270] = 0
     flip: Literal["none", "h", "v"] = "none"
@@ -215,7 +222,7 @@ class Experiment(Part):
     repeat: Repeat | None = None
     sphere: Sphere
     liquid: Liquid = Liquid()
-    gravity_m_s2: Positive = 9.81
+    gravity_m_s2: Gravity = 9.81
     gravity_m_s2_unc: Uncertainty = 0.0
     drop: Release = Release()
     views: Views

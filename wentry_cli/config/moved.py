@@ -23,6 +23,15 @@ BY_HAND = (
 )
 
 
+def with_uncertainty(experiment: Experiment, key: str) -> tuple[float | None, float]:
+    """The number at ``key`` (dotted) and its standard uncertainty; ``None`` where it was not given."""
+    part: Any = experiment
+    *path, name = key.split(".")
+    for step in path:
+        part = getattr(part, step)
+    return getattr(part, name), float(getattr(part, f"{name}_unc"))
+
+
 def moved(experiment: Experiment, *, but: Collection[str] = ()) -> list[Experiment]:
     """``experiment`` once for each number that was given with an uncertainty, that number moved by it.
 
@@ -32,7 +41,7 @@ def moved(experiment: Experiment, *, but: Collection[str] = ()) -> list[Experime
         _with(experiment, key, value + unc)
         for key in BY_HAND
         if key not in but
-        for value, unc in [_with_uncertainty(experiment, key)]
+        for value, unc in [with_uncertainty(experiment, key)]
         if value is not None and unc > 0.0
     ]
 
@@ -44,14 +53,6 @@ def uncertainty_by_hand(
     nominal = numbers(experiment)
     changes = [numbers(other) for other in moved(experiment)]
     return {name: math.hypot(*(other[name] - value for other in changes)) for name, value in nominal.items()}
-
-
-def _with_uncertainty(experiment: Experiment, key: str) -> tuple[float | None, float]:
-    part: Any = experiment
-    *path, name = key.split(".")
-    for step in path:
-        part = getattr(part, step)
-    return getattr(part, name), float(getattr(part, f"{name}_unc"))
 
 
 def _with(part: Any, key: str, value: float) -> Any:

@@ -1,0 +1,48 @@
+"""Errors about what a drop's files say that only its recording shows to be wrong: the place is looked up again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from wentry_cli.config.campaign import EXPERIMENT, Drop
+from wentry_cli.config.corrections import CORRECTIONS
+from wentry_cli.config.places import Document, KeyPath, read_document
+from wentry_cli.errors import ConfigurationError
+
+
+def wrong_key(drop: Drop, key: str, value: Any, message: str) -> ConfigurationError:
+    """An error about ``key`` (dotted) of ``experiment.yaml`` or ``campaign.yaml``, whichever gave it ``value``.
+
+    A value from elsewhere (``--set``) has no place in a file; the drop is then named by its file alone.
+    """
+    path: KeyPath = tuple(key.split("."))
+    file = drop.folder / EXPERIMENT
+    for candidate in (file, drop.shared.path):
+        document = _read_again(candidate)
+        if document is not None and path in document.places:
+            place = document.places[path] if _value_at(document.data, path) == value else file
+            return ConfigurationError(f"{place}: error: {key}: {message}")
+    return ConfigurationError(f"{file}: error: {key}: {message}")
+
+
+def wrong_correction(drop: Drop, path: KeyPath, message: str) -> ConfigurationError:
+    """An error about the entry ``path`` of the drop's ``corrections.yaml``."""
+    file = drop.folder / CORRECTIONS
+    document = _read_again(file)
+    place = None if document is None else document.place(path)
+    return ConfigurationError(f"{place or file}: error: {'.'.join(map(str, path))}: {message}")
+
+
+def _read_again(file: Path | None) -> Document | None:
+    """``None`` where the file has gone or was spoilt since the drop was read."""
+    try:
+        return None if file is None or not file.is_file() else read_document(file)
+    except ConfigurationError:
+        return None
+
+
+def _value_at(data: Any, path: KeyPath) -> Any:
+    for part in path:
+        data = data[part]
+    return data
