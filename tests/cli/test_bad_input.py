@@ -149,6 +149,27 @@ def test_no_frame_rate(wentry: Command, video: Path, tmp_path: Path) -> None:
     assert not list((tmp_path / "r").rglob("*.csv"))
 
 
+def test_corrections_that_the_clip_cannot_have(wentry: Command, video: Path, tmp_path: Path) -> None:
+    """`check` tells what `process` would; what was excluded is missing, and too much of it is exit 5."""
+    corrections = video / "corrections.yaml"
+    corrections.write_text("events:\n- {event: impact, time_s: 500}\n")
+    for done in (wentry("check", video), wentry("process", video, "-o", tmp_path / "r")):
+        assert done.code == 3
+        assert f"{corrections}:2:19: error: events.0.time_s: 500 s is not in the clip" in done.err
+    assert not (tmp_path / "r" / "small" / "side.csv").exists()
+    corrections.write_text(f"frames:\n- {{view: side, frames: [0, {len(_frames(video)) - 1}], exclude: true}}\n")
+    done = wentry("process", video, "-o", tmp_path / "r")
+    assert done.code == 5
+    assert "leaves only 0 frames of small, 12 are needed; exclude fewer" in done.err
+    assert set(read_table(tmp_path / "r" / "small", "side")["status"]) == {"manual"}
+    corrections.write_text("events:\n- {event: pinch_off, t_s: 0.02, y_m: -0.9}\n")
+    done = wentry("process", video, "-o", tmp_path / "r")
+    assert done.code == 3
+    assert f"{corrections}:2:33: error: events.0.y_m: -0.9 m is not in the picture, which is 0.4" in done.err
+    corrections.unlink()
+    assert wentry("process", video, "-o", tmp_path / "r").code == 0
+
+
 def test_one_broken_drop_stops_no_other(wentry: Command, video: Path, tmp_path: Path) -> None:
     shutil.copytree(video, video.parent / "broken")
     shutil.copytree(video, video.parent / "misspelt")

@@ -52,6 +52,35 @@ def test_both_views_share_the_clock(tmp_path: Path) -> None:
     assert frames[frames.view == "top"].time_s.iloc[0] == pytest.approx(0.0125)
 
 
+@pytest.mark.parametrize("offset", [0.02, -0.1])
+def test_views_that_are_far_apart_in_time_are_refused(tmp_path: Path, offset: float) -> None:
+    folder = render(tmp_path / "drop", clip=CLIP, top={"width": 160, "height": 160, "scale_px_per_m": 900.0})
+    change(folder, "top", offset_s=offset)
+    with pytest.raises(
+        ConfigurationError, match=rf"experiment\.yaml:\d+:\d+: error: views\.top\.offset_s: {offset} s puts"
+    ):
+        ingest.run(tmp_path / "out", read_drop("drop", folder))
+    assert not (tmp_path / "out" / "frames.csv").exists()
+
+
+@pytest.mark.parametrize(("row", "refused"), [(199.0, False), (201.0, True), (-150.0, False), (-201.0, True)])
+def test_a_surface_far_from_the_picture_is_refused(drop: Path, tmp_path: Path, row: float, refused: bool) -> None:
+    """The view has 200 rows; a clip under water shows no surface, which then lies above the picture."""
+    change(drop, surface_y_px=row, roi_px=[0, 0, 150, 200])
+    if refused:
+        with pytest.raises(ConfigurationError, match=r"views\.side\.surface_y_px: .* rows are 0 to 199"):
+            ingest.run(tmp_path / "out", read_drop("drop", drop))
+    else:
+        ingest.run(tmp_path / "out", read_drop("drop", drop))
+
+
+def test_an_exposure_against_the_rate_of_the_header(tmp_path: Path) -> None:
+    folder = render(tmp_path / "drop", clip=CLIP, side=SIDE | {"format": "mraw", "bits": 12})
+    change(folder, fps="from_header", exposure_s=0.001)
+    with pytest.raises(ConfigurationError, match=r"views\.side\.exposure_s: 0\.001 s is longer than a frame at 2000"):
+        ingest.run(tmp_path / "out", read_drop("drop", folder))
+
+
 def test_raw_recordings_are_sampled_by_strips(tmp_path: Path) -> None:
     folder = render(tmp_path / "drop", clip=CLIP, side=SIDE | {"format": "mraw", "bits": 12})
     ingest.run(tmp_path / "out", read_drop("drop", folder))

@@ -140,4 +140,6 @@ def read_drop(name: str, folder: Path, overrides: Document | None = None, top: P
         if "sphere.material" not in str(error):
             raise
         raise ConfigurationError(f"{document.place(('sphere', 'material'))}: error: {error}") from error
-    return Drop(name, folder, experiment, material, materials, read_corrections(folder), top or folder, shared)
+    return Drop(
+        name, folder, experiment, material, materials, read_corrections(folder, experiment), top or folder, shared
+    )

@@ -65,3 +65,12 @@ LiquidDensity = Annotated[float, Field(strict=True, ge=1, le=25_000, allow_inf_n
 Viscosity = Annotated[float, Field(strict=True, gt=0, le=1e4, allow_inf_nan=False)]
 SurfaceTension = Annotated[float, Field(strict=True, gt=0, le=10, allow_inf_nan=False)]
 FewestFrames = Annotated[int, Field(strict=True, ge=3, le=1_000_000)]
+
+# by hand, in corrections.yaml
+AfterImpact = Annotated[float, Field(strict=True, ge=0, le=1000, allow_inf_nan=False)]
+Level = Annotated[float, Field(strict=True, ge=-100, le=100, allow_inf_nan=False)]
+LevelUncertainty = Annotated[float, Field(strict=True, ge=1e-8, le=100, allow_inf_nan=False)]
+Stretch = Annotated[float, Field(strict=True, ge=0.2, le=5, allow_inf_nan=False)]
+StretchUncertainty = Annotated[float, Field(strict=True, ge=1e-7, le=5, allow_inf_nan=False)]
+TimeUncertainty = Annotated[float, Field(strict=True, ge=0, le=1, allow_inf_nan=False)]
+Which = Annotated[int, Field(strict=True, ge=1, le=1000)]

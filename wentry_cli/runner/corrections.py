@@ -5,8 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wentry_cli.config.corrections import Corrections, FrameCorrection
+from wentry_cli.config.campaign import Drop
+from wentry_cli.config.corrections import CORRECTIONS, Corrections, FrameCorrection
+from wentry_cli.errors import TooFewMeasurementsError
 from wentry_cli.pipeline import Stage
+from wentry_cli.runner.in_clip import check_heights
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 
 if TYPE_CHECKING:
@@ -15,12 +18,20 @@ if TYPE_CHECKING:
 _MEASURED_BY_VIEW = {"side": "side", "top": "top"}
 
 
-def apply_corrections(folder: Path, stage: Stage, corrections: Corrections) -> None:
-    """Correct the tables that ``stage`` has just written into ``folder``."""
+def apply_corrections(folder: Path, stage: Stage, drop: Drop) -> None:
+    """Correct the tables that ``stage`` has just written into ``folder``.
+
+    Raises ``ConfigurationError`` for heights outside the picture, and ``TooFewMeasurementsError`` where too few frames
+    are left.
+    """
+    corrections = drop.corrections
     if stage.name == "track":
+        check_heights(folder, drop)
         _shift_impact(folder, corrections)
         for correction in corrections.frames:
             _correct_frames(folder, correction)
+        if corrections.frames:
+            _count_left(folder, drop)
     if stage.name == "cavity":
         _correct_events(folder, corrections)
 
@@ -54,6 +65,18 @@ def _correct_frames(folder: Path, correction: FrameCorrection) -> None:
         frame.loc[rows, column] = value
     frame.loc[rows, "status"] = "manual"
     write_table(folder, name, frame)
+
+
+def _count_left(folder: Path, drop: Drop) -> None:
+    least, left = drop.experiment.analysis.min_frames, 0
+    for view in drop.experiment.sides:
+        frame = read_table(folder, view)
+        value = frame["y_b_m" if view == "side" else "stretch"]
+        left = max(left, int(((frame["status"] == "ok") | ((frame["status"] == "manual") & value.notna())).sum()))
+    if left < least:
+        raise TooFewMeasurementsError(
+            f"{drop.folder / CORRECTIONS}: leaves only {left} frames of {drop.name}, {least} are needed; exclude fewer"
+        )
 
 
 def _correct_events(folder: Path, corrections: Corrections) -> None:

@@ -19,6 +19,7 @@ from wentry_cli.pipeline import Stage
 from wentry_cli.provenance import digest_of_file, peak_memory_mb
 from wentry_cli.runner.corrections import apply_corrections
 from wentry_cli.runner.edited import edited_tables
+from wentry_cli.runner.in_clip import check_before
 from wentry_cli.runner.plan import INTERRUPTED, Choice, as_read_by, fingerprint, plan
 from wentry_cli.runner.record import STAGES, note_stage, read_json, write_drop
 from wentry_cli.tables import table_path, write_text
@@ -132,8 +133,9 @@ def _run_stage(folder: Path, drop: Drop, stage: Stage, report: Report) -> float:
     progress.listen(lambda done, total: report(Event(drop.name, stage.name, "tick", "", done, total)))
     started = time.perf_counter()
     try:
+        check_before(folder, stage, drop)
         run(folder, drop)
-        apply_corrections(folder, stage, drop.corrections)
+        apply_corrections(folder, stage, drop)
     except TooFewMeasurementsError as few:
         note_stage(folder, stage.name, _entry(folder, stage, marks, time.perf_counter() - started, few))
         _forget_later(folder, stage)

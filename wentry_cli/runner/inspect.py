@@ -5,6 +5,7 @@ from __future__ import annotations
 from wentry_cli.config.campaign import Drop
 from wentry_cli.errors import InputError, WentryError
 from wentry_cli.runner.drop import Failure
+from wentry_cli.runner.in_clip import check_times
 
 
 def inspect_sources(drops: list[Drop]) -> tuple[dict[str, dict[str, str]], list[Failure]]:
@@ -13,26 +14,41 @@ def inspect_sources(drops: list[Drop]) -> tuple[dict[str, dict[str, str]], list[
     failures: list[Failure] = []
     for drop in drops:
         try:
-            facts[drop.name] = {view: _sentence(drop, view) for view in drop.experiment.sides}
+            facts[drop.name] = _sentences(drop)
         except WentryError as error:
             failures.append(Failure(drop.name, "ingest", error.exit_code, str(error)))
     return facts, failures
 
 
-def _sentence(drop: Drop, view: str) -> str:
-    from wentry_cli.stages.ingest import frame_rate, open_view
+def _sentences(drop: Drop) -> dict[str, str]:
+    from wentry_cli.stages.inputs.agreement import check_clocks
+
+    seen = {view: _look(drop, view) for view in drop.experiment.sides}
+    times = {view: time_s for view, (_, time_s) in seen.items()}
+    check_clocks(drop, {view: (time_s[0], time_s[-1]) for view, time_s in times.items()})
+    check_times(drop, times)
+    return {view: sentence for view, (sentence, _) in seen.items()}
+
+
+def _look(drop: Drop, view: str) -> tuple[str, list[float]]:
+    """What a view is, in a sentence, and the times of its frames."""
+    from wentry_cli.stages.ingest import frame_rate, frame_times, open_view
+    from wentry_cli.stages.inputs.agreement import check_view
 
     _check_background(drop, view)
     opened = open_view(drop, view)
     try:
         info = opened.info
         rate = frame_rate(drop, view, info)
+        check_view(drop, view, info)
+        time_s = frame_times(drop, view, opened).tolist()
     finally:
         opened.recording.close()
-    return (
+    sentence = (
         f"{info.format}, {info.frame_count} frames of {info.width} x {info.height}, "
         f"{rate:g} frames/s ({info.fps_source})"
     )
+    return sentence, time_s
 
 
 def _check_background(drop: Drop, view: str) -> None:

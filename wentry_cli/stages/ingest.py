@@ -15,6 +15,7 @@ from wentry_cli.frames.oriented import Oriented, orient
 from wentry_cli.frames.reader import RecordingInfo, Region
 from wentry_cli.imaging.exposure import sum_and_clipped
 from wentry_cli.progress import tick
+from wentry_cli.stages.inputs.agreement import check_clocks, check_view
 from wentry_cli.tables import new_table, write_table
 
 if TYPE_CHECKING:
@@ -102,6 +103,7 @@ def _level(opened: OpenView, index: int, strips: list[Region] | None) -> tuple[f
 def _view_rows(drop: Drop, name: str, done: int) -> dict[str, Any]:
     opened = open_view(drop, name)
     try:
+        check_view(drop, name, opened.info)
         count = opened.info.frame_count
         strips = _strips(opened.info)
         levels = np.full((count, 2), np.nan)
@@ -131,13 +133,14 @@ def run(folder: Path, drop: Drop) -> None:
     """Write frames.csv.
 
     Raw recordings (Photron, Phantom) are read at three strips of four rows per frame, which stand for it; images and
-    video have to be decoded whole to know whether they can be. Raises ``ConfigurationError`` where no rate is known and
-    ``InputError`` where a recording cannot be opened.
+    video have to be decoded whole to know whether they can be. Raises ``ConfigurationError`` where no rate is known or
+    the configuration cannot be that of the recording, and ``InputError`` where a recording cannot be opened.
     """
     parts: list[dict[str, Any]] = []
     done = 0
     for name in drop.experiment.sides:
         parts.append(_view_rows(drop, name, done))
         done += len(parts[-1]["frame"])
+    check_clocks(drop, {part["view"][0]: (part["time_s"][0], part["time_s"][-1]) for part in parts})
     columns = {key: np.concatenate([np.asarray(part[key]) for part in parts]) for key in parts[0]}
     write_table(folder, "frames", new_table("frames", columns))

@@ -1,0 +1,156 @@
+"""What a person corrects by hand: refused where it is wrong, has no effect or lies outside of the clip."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from wentry_cli.config.campaign import Drop, read_drop
+from wentry_cli.errors import ConfigurationError
+from wentry_cli.pipeline import STAGES
+from wentry_cli.runner.in_clip import check_before, check_heights, check_times
+from wentry_cli.tables import new_table, write_table
+
+EXPERIMENT = """\
+kind: water_entry
+sphere: {diameter_m: 0.051, density_kg_m3: 1070, material: rigid}
+views:
+  side: {source: side, fps: 2000}
+"""
+STAGE = {stage.name: stage for stage in STAGES}
+
+
+@pytest.fixture
+def drop(tmp_path: Path) -> Drop:
+    folder = tmp_path / "video"
+    (folder / "side").mkdir(parents=True)
+    (folder / "experiment.yaml").write_text(EXPERIMENT)
+    return read_drop("video", folder)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("frames:\n- {view: side, frames: [1, 1]}\n", "give either `exclude: true` or values"),
+        ("events:\n- {event: pinch_off}\n", "t_s is needed for pinch_off"),
+        ("events:\n- {event: pinch_off, t_s: 0.1, time_s: 0.1}\n", "time_s has no meaning for pinch_off; remove it"),
+        ("events:\n- {event: impact, time_s: 0.1, y_m: 0.0}\n", "y_m has no meaning for impact; remove it"),
+        ("events:\n- {event: dome_over, t_s: 0.1, value: deep_seal}\n", "value has no meaning for dome_over"),
+        ("frames:\n- {view: top, frames: [1, 1], y_b_m: 0.1}\n", "y_b_m is not measured in the top view"),
+        (
+            "frames:\n- {view: top, frames: [1, 2], exclude: true}\n",
+            "2:4: error: frames.0.view: the top view",
+        ),
+        (
+            "frames:\n- {view: side, frames: [20, 20], y_b_m: 1e300}\n",
+            "2:34: error: frames.0.y_b_m: must be at m",
+        ),
+        (
+            "frames:\n- {view: side, frames: [2, 2], y_b_m: 0.1, y_b_m_unc: 1e-300}\n",
+            "must be at least 1e-08",
+        ),
+        ("frames:\n- {view: side, frames: [2, 2], stretch: 9}\n", "frames.0.stretch: must be at most 5, not 9"),
+        (
+            "frames:\n- {view: side, frames: [2, 9], y_b_m: 0.1}\n- {view: side, frames: [9, 12], exclude: true}\n",
+            "3:3: error: frames.1: corrects frames that line 2 corrects too; keep one of the two",
+        ),
+        (
+            "events:\n- {event: pinch_off, t_s: 0.09, y_m: -0.1}\n- {event: pinch_off, t_s: 0.02}\n",
+            "3:3: error: events.1: pinch_off 1 stands twice; keep one",
+        ),
+        ("events:\n- {event: impact, time_s: 0}\n- {event: impact, time_s: 0}\n", "events.1: impact stands twice"),
+        ("events:\n- {event: impact, time_s: 0, index: 2}\n", "index has no meaning for impact"),
+        ("events:\n- {event: pinch_off, t_s: -3}\n", "2:22: error: events.0.t_s: must be at least 0, not -3"),
+        ("events:\n- {event: pinch_off, t_s: 0.1, y_m: 0.1, value: deep_seal}\n", "y_m is negative, not 0.1"),
+        ("event: []\n", "unknown key; did you mean events?"),
+    ],
+)
+def test_wrong_corrections_are_told(drop: Drop, text: str, expected: str) -> None:
+    (drop.folder / "corrections.yaml").write_text(text)
+    with pytest.raises(ConfigurationError, match=r"corrections\.yaml:\d+:\d+: error") as caught:
+        read_drop("video", drop.folder)
+    assert expected in str(caught.value)
+
+
+def _corrected(drop: Drop, text: str) -> Drop:
+    (drop.folder / "corrections.yaml").write_text(text)
+    return read_drop("video", drop.folder)
+
+
+@pytest.mark.parametrize("change", [("water_entry", "free_flight"), ("water_entry", "surface_impact"), ("side", "top")])
+def test_an_event_that_nothing_reads_is_refused(drop: Drop, change: tuple[str, str]) -> None:
+    (drop.folder / "experiment.yaml").write_text(EXPERIMENT.replace(*change))
+    with pytest.raises(ConfigurationError, match=r":2:4: error: events\.0\.event: pinch_off has no effect"):
+        _corrected(drop, "events:\n- {event: pinch_off, t_s: 0.1}\n")
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (
+            "frames:\n- {view: side, frames: [50, 100], exclude: true}\n",
+            "2:16: error: frames.0.frames: [50, 100]",
+        ),
+        ("events:\n- {event: impact, time_s: 500}\n", "2:19: error: events.0.time_s: 500 s is not in the clip"),
+        ("events:\n- {event: impact, time_s: -500}\n", "2:19: error: events.0.time_s: -500 s is not in the clip"),
+        ("events:\n- {event: impact, time_s: 0.0996}\n", "which lasts from 0 to 0.0995 s"),
+    ],
+)
+def test_what_lies_outside_of_the_clip_is_refused(drop: Drop, tmp_path: Path, text: str, expected: str) -> None:
+    """100 frames at 1000 / s, by the times themselves and by the table of the stage before."""
+    times = [index * 0.001005 for index in range(100)]
+    corrected = _corrected(drop, text)
+    with pytest.raises(ConfigurationError) as caught:
+        check_times(corrected, {"side": times})
+    assert expected in str(caught.value)
+    assert str(drop.folder / "corrections.yaml") in str(caught.value)
+    write_table(tmp_path, "frames", new_table("frames", {"view": ["side"] * 100, "frame": range(100), "time_s": times}))
+    with pytest.raises(ConfigurationError) as again:
+        check_before(tmp_path, STAGE["track"], corrected)
+    assert str(again.value) == str(caught.value)
+
+
+def test_the_clip_may_begin_after_the_impact(drop: Drop) -> None:
+    check_times(_corrected(drop, "events:\n- {event: impact, time_s: -0.09}\n"), {"side": [0.0, 0.1]})
+    check_times(_corrected(drop, "frames:\n- {view: side, frames: [0, 1], exclude: true}\n"), {"side": [0.0, 0.1]})
+
+
+@pytest.fixture
+def tables(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A clip of 0.1 s with the impact at 0.02 s, 400 rows at 1000 px/m in air and 1050 px/m through water."""
+    write_table(tmp_path, "frames", new_table("frames", {"view": ["side"] * 2, "frame": [0, 1], "time_s": [0.0, 0.1]}))
+    geometry = {"view": ["side"], "impact_time_s": [0.02], "scale_px_per_m": [1000.0], "scale_water_px_per_m": [1050.0]}
+    write_table(tmp_path, "geometry", new_table("geometry", geometry))
+    monkeypatch.setattr("wentry_cli.runner.in_clip._picture_rows", lambda drop: 400)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (
+            "{event: pinch_off, t_s: 0.081}",
+            "2:22: error: events.0.t_s: 0.081 s lies behind the end of",
+        ),
+        (
+            "{event: pinch_off, t_s: 0.07, y_m: -0.41}",
+            "events.0.y_m: -0.41 m is not in the picture, which is 0.4 m",
+        ),
+        ("{event: pinch_off, t_s: 0.08, y_m: -0.39}", ""),
+    ],
+)
+def test_an_event_against_clip_and_picture(drop: Drop, tables: Path, text: str, expected: str) -> None:
+    corrected = _corrected(drop, f"events:\n- {text}\n")
+    if not expected:
+        check_before(tables, STAGE["cavity"], corrected)
+        return
+    with pytest.raises(ConfigurationError) as caught:
+        check_before(tables, STAGE["cavity"], corrected)
+    assert expected in str(caught.value)
+
+
+def test_a_height_against_the_picture(drop: Drop, tables: Path) -> None:
+    check_heights(tables, _corrected(drop, "frames:\n- {view: side, frames: [1, 1], y_b_m: -0.39}\n"))
+    with pytest.raises(ConfigurationError, match=r":2:32: error: frames\.0\.y_b_m: -3 m is not in the picture"):
+        check_heights(tables, _corrected(drop, "frames:\n- {view: side, frames: [1, 1], y_b_m: -3}\n"))
