@@ -9,6 +9,7 @@ import pytest
 
 from tests.stages.rendered import SIDE, change, errors_px, measure, render, truth
 from wentry_cli.errors import InputError, TooFewMeasurementsError
+from wentry_cli.stages.track.side import _without_impossible
 from wentry_cli.tables import has_table, read_table
 
 CLEAN_Y_B_PX = 0.05
@@ -291,3 +292,20 @@ def test_the_real_ball(recordings: Path, tmp_path: Path) -> None:
     assert rows == pytest.approx(2.647, abs=0.01)
     scale = read_table(tmp_path / "out", "geometry").scale_px_per_m.iloc[0]
     assert rows * 30000 / scale == pytest.approx(1.57, abs=0.02)
+
+
+def test_a_stretch_that_no_sphere_can_have_is_never_ok(soft: tuple[Path, Path], tmp_path: Path) -> None:
+    """A camera close above the water would see the falling sphere behind itself, and the sunken one tiny."""
+    change(soft[0], "top", camera_distance_m=0.06)
+    try:
+        measure(soft[0], tmp_path / "out")
+    finally:
+        change(soft[0], "top", camera_distance_m=1.5)
+    top = read_table(tmp_path / "out", "top")
+    assert top.stretch.dropna().between(0.5, 3.0).all()
+    assert top[top.status == "ok"].stretch.notna().all()
+    assert set(top[top.radius_px.notna() & top.stretch.isna()].status) == {"not_identified"}
+    side = {"frame": [0, 1, 2], "stretch": np.array([1.1, -9e7, 3.2]), "stretch_unc": np.full(3, 0.01)}
+    found = _without_impossible(side | {"status": ["ok", "ok", "occluded"]})
+    assert found["status"] == ["ok", "poor_fit", "occluded"]
+    assert np.isnan(found["stretch"]).tolist() == np.isnan(found["stretch_unc"]).tolist() == [False, True, True]

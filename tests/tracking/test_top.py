@@ -53,3 +53,16 @@ def test_the_stretch_is_freed_from_the_perspective() -> None:
     stretch, unc = top_stretch(pixels, np.full(3, 0.01), TopScale(2000.0, 2.0, "given"), RADIUS_M, magnification)
     assert stretch == pytest.approx(1.2)
     assert unc[1] == pytest.approx(np.hypot(np.hypot(0.01 / 51, 1.2e-3), 1.2 * 0.002), rel=0.01)
+
+
+def test_a_stretch_that_no_sphere_can_have_is_none() -> None:
+    """Three frames: the sphere above the camera, a scale ten times too small, and one that is right."""
+    height = Height(np.array([DISTANCE + 0.1, 0.0, -0.1]), np.zeros(3))
+    magnification = magnification_at(height, TopCamera(1 / DISTANCE, 0.0, "given"))
+    assert np.isnan(magnification[0]).tolist() == [True, False, False]
+    pixels = np.array([1.0, 10.0, 1.0]) * 2000.0 * RADIUS_M * np.nan_to_num(magnification[0], nan=-1.0)
+    stretch, unc = top_stretch(pixels, np.full(3, 0.01), TopScale(2000.0, 2.0, "given"), RADIUS_M, magnification)
+    assert np.isnan(stretch).tolist() == np.isnan(unc).tolist() == [True, True, False]
+    for far in (0.5, 3.0):
+        beyond, _ = top_stretch([far * 51.0], [0.01], TopScale(2000.0, 2.0, "given"), 0.0255, ([1.0], [0.0]))
+        assert np.isnan(beyond).all()

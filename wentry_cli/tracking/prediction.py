@@ -13,6 +13,13 @@ from wentry_cli.contours.ellipse import EllipseShape, SilhouetteFit
 
 LONGEST_CURVED_STEP = 3
 STRETCH_LIMITS = (0.62, 2.6)
+PLAUSIBLE_STRETCH = (0.5, 3.0)  # beyond these no sphere of an experiment stays whole: scale, distance or fit is wrong
+
+
+def plausible(stretch: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The stretches that a sphere can have, NaN in the place of the others."""
+    low, high = PLAUSIBLE_STRETCH
+    return np.where((stretch > low) & (stretch < high), stretch, np.nan)
 
 
 @dataclass

@@ -14,7 +14,7 @@ from wentry_cli.imaging.background import Background
 from wentry_cli.tracking.flight import leaves_frame, margin_of
 from wentry_cli.tracking.follow import Plan, Watch, follow
 from wentry_cli.tracking.impact import weighted_line
-from wentry_cli.tracking.prediction import Path
+from wentry_cli.tracking.prediction import Path, plausible
 from wentry_cli.tracking.sighting import Look, Sighting
 from wentry_cli.tracking.source import Frames, read_patch
 from wentry_cli.tracking.splash_ring import judge_rings
@@ -24,6 +24,7 @@ HIDDEN_AFTER = 10
 # The softest spheres widen by 3 % of their radius a frame.
 FASTEST_GROWTH = 0.06
 SEARCH_STEP = 1
+NEAREST = 1e-3  # of its distance from the surface, a sphere in front of the camera
 SMALLEST_AGAIN, LARGEST_AGAIN, ALIKE_AGAIN, BRIGHT_AGAIN = 0.6, 2.4, 0.08, 0.5
 
 
@@ -159,11 +160,12 @@ def top_stretch(
     """Stretch λ and its standard uncertainty from radii in px: the radius over that of the undeformed sphere.
 
     ``magnification`` is that of the plane of the sphere's equator against that of the surface, with its uncertainty.
+    Both are NaN where no sphere can be stretched like that, so that scale or distance must be wrong.
     """
     factor, factor_unc = (np.asarray(item, np.float64) for item in magnification)
     reference = scale.px_m * radius_m * factor
     radius, unc = np.asarray(radius_px, np.float64), np.asarray(unc_px, np.float64)
-    stretch = radius / reference
+    stretch = plausible(radius / reference)
     common = np.hypot(scale.unc_px_m / scale.px_m, factor_unc / factor)
     return stretch, np.hypot(unc / reference, stretch * common)
 
@@ -171,7 +173,8 @@ def top_stretch(
 def magnification_at(height: Height, camera: TopCamera) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Magnification 1 / (1 - h/Z) of the plane at a height against that of the surface (pinhole), and its uncertainty.
 
-    What is not known of the height and of the distance Z both count.
+    What is not known of the height and of the distance Z both count. NaN for a height at which the camera stands.
     """
-    factor = 1.0 / (1.0 - height.value_m * camera.inverse_1_m)
+    below = 1.0 - height.value_m * camera.inverse_1_m
+    factor = 1.0 / np.where(below > NEAREST, below, np.nan)
     return factor, factor**2 * np.hypot(camera.inverse_1_m * height.unc_m, camera.unc_1_m * height.value_m)

@@ -20,7 +20,7 @@ from wentry_cli.tables import vouched
 from wentry_cli.tracking.flight import air_plan, both_ways
 from wentry_cli.tracking.impact import Impact
 from wentry_cli.tracking.plate import PlateScene, track_plate
-from wentry_cli.tracking.prediction import Path
+from wentry_cli.tracking.prediction import Path, plausible
 from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius, pixel_to_metre
 from wentry_cli.tracking.seed import find_seed
 from wentry_cli.tracking.shape_check import NO_CHECK, ShapeCheck
@@ -186,6 +186,15 @@ def _state_radius(columns: dict[str, Any], air: PooledRadius, water: PooledRadiu
     columns["radius_px_unc"] = np.where(held, np.where(wet, water.unc, air.unc), columns["radius_px_unc"])
 
 
+def _without_impossible(columns: dict[str, Any]) -> dict[str, Any]:
+    """The columns without the stretches that no sphere can have; a fit that says so is poor."""
+    stretch = plausible(columns["stretch"])
+    wrong = np.isfinite(columns["stretch"]) & np.isnan(stretch)
+    status = ["poor_fit" if bad and word == "ok" else word for word, bad in zip(columns["status"], wrong, strict=True)]
+    unc = np.where(wrong, np.nan, columns["stretch_unc"])
+    return columns | {"stretch": stretch, "stretch_unc": unc, "status": status}
+
+
 def _in_metres(
     drop: Drop,
     clip: Clip,
@@ -204,6 +213,7 @@ def _in_metres(
     for item in sightings:
         doubt[item.frame] = check.stretch_doubt(item.line)
     columns["stretch_unc"] = np.hypot(columns["stretch_unc"], doubt)
+    columns = _without_impossible(columns)
     columns["bottom_y_px_unc"] = np.hypot(columns["bottom_y_px_unc"], check.bottom_offset_px)
     unc = np.where(use_local, columns["bottom_local_y_px_unc"], columns["bottom_y_px_unc"])
     columns["y_b_m"] = pixel_to_metre(0.0, bottom, pixels)[1]

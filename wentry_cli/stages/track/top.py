@@ -88,6 +88,11 @@ def measure_top(drop: Drop, clip: Clip, ground: Background, sampled: list[int], 
     problem = "" if seed is not None else "no sphere was found: check source, roi_px and polarity of views.top"
     if not problem and not math.isfinite(entry.impact_s[0]):
         problem = "the moment of impact is not seen from above: film the side too, or take a clip that holds the impact"
+    measured = np.isfinite(fits["radius_px"]).any() and math.isfinite(entry.scale.px_m)
+    if not problem and measured and not np.isfinite(stretch).any():
+        problem = (
+            "no sphere can be stretched as seen from above: check scale_px_per_m and camera_distance_m of views.top"
+        )
     return TopResult(columns, entry.scale, entry.scale.px_m * radius_m, entry.impact_s, problem)
 
 
