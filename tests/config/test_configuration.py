@@ -225,6 +225,17 @@ def test_a_link_to_a_folder_above_is_not_followed(tmp_path: Path) -> None:
     assert list(find_drops(tmp_path / "videos")) == ["far", "in"]
 
 
+@pytest.mark.skipif(os.name == "nt", reason="no such names there")
+@pytest.mark.parametrize("name", ["new\nline", "a\x1b[31m"])
+def test_a_drop_whose_name_breaks_a_line_is_refused_in_one(tmp_path: Path, name: str) -> None:
+    _write(tmp_path / "campaign" / name, GOOD)
+    for folder in (tmp_path / "campaign", tmp_path / "campaign" / name):
+        with pytest.raises(InputError, match="must have a name of one line of text; rename it") as caught:
+            find_drops(folder)
+        assert repr(name) in str(caught.value)
+        assert str(caught.value).isprintable()
+
+
 def test_no_drop_and_no_folder(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such folder"):
         find_drops(tmp_path / "nowhere")
@@ -259,6 +270,14 @@ def test_the_scaffold_is_valid_and_never_overwrites(tmp_path: Path) -> None:
     assert drop.view("top").source == "run_top.cihx"
     with pytest.raises(InputError, match="stands already"):
         write_scaffold(tmp_path)
+
+
+def test_the_scaffold_needs_a_folder(tmp_path: Path) -> None:
+    (tmp_path / "clip.avi").touch()
+    for folder in (tmp_path / "clip.avi", tmp_path / "clip.avi" / "below"):
+        with pytest.raises(InputError, match=r"clip\.avi: is a file; give the folder that holds the recording"):
+            write_scaffold(folder)
+    assert write_scaffold(tmp_path / "new" / "drop").is_file()
 
 
 def test_the_page_of_defaults_is_true() -> None:

@@ -38,8 +38,9 @@ def test_a_missing_source(tmp_path: Path, name: str, sentence: str) -> None:
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
-        ("clip.cin", "did you mean 'clip.cine'?"),
-        ("clip.chix", "did you mean 'clip.cihx'?"),
+        ("clip.cin", "did you mean 'clip.cine'? supported:"),
+        ("clip.chix", "are not read; rename it if it is a .cihx file; supported:"),
+        ("README.md", "files of kind '.md' are not read; supported:"),
         ("clip.xyzzy", "files of kind '.xyzzy' are not read"),
         ("clip", "files without an ending are not read"),
         ("f1.png", "a single image; give its folder"),
@@ -47,6 +48,7 @@ def test_a_missing_source(tmp_path: Path, name: str, sentence: str) -> None:
 )
 def test_an_unknown_kind_names_what_is_read(tmp_path: Path, name: str, sentence: str) -> None:
     (tmp_path / name).write_bytes(b"x")
+    (tmp_path / "clip.cine").write_bytes(b"x")
     with pytest.raises(InputError) as caught:
         open_recording(tmp_path / name)
     assert sentence in str(caught.value)

@@ -14,6 +14,7 @@ from wentry_cli.config.messages import validate
 from wentry_cli.config.models import Experiment, View
 from wentry_cli.config.places import Document, read_document
 from wentry_cli.config.plausible import refuse_implausible
+from wentry_cli.config.values import is_one_line
 from wentry_cli.errors import ConfigurationError, InputError
 
 EXPERIMENT = "experiment.yaml"
@@ -85,8 +86,8 @@ def find_drops(video_dir: Path) -> dict[str, Path]:
 
     Links are followed, except to a folder seen before or to one that holds ``video_dir``.
 
-    Raises ``InputError`` where the folder is missing or holds no ``experiment.yaml``, or where two drops would have one
-    name.
+    Raises ``InputError`` where the folder is missing or holds no ``experiment.yaml``, where two drops would have one
+    name, or one a name that breaks a line.
     """
     if video_dir.is_file():
         raise InputError(f"{video_dir}: is a file; give the folder that holds {EXPERIMENT}, which names the recording")
@@ -94,7 +95,7 @@ def find_drops(video_dir: Path) -> dict[str, Path]:
         raise InputError(f"{video_dir}: no such folder; give the folder of a drop or of a campaign")
     root = video_dir.resolve()
     if (root / EXPERIMENT).is_file():
-        return {root.name: video_dir}
+        return {_speakable(root.name): video_dir}
     drops: dict[str, Path] = {}
     seen: set[str] = set()
     for folder, below, files in os.walk(video_dir, followlinks=True):
@@ -107,7 +108,7 @@ def find_drops(video_dir: Path) -> dict[str, Path]:
         if EXPERIMENT not in files:
             continue
         below.clear()
-        name = "__".join(Path(folder).relative_to(video_dir).parts)
+        name = _speakable("__".join(Path(folder).relative_to(video_dir).parts))
         if name in drops:
             raise InputError(f"{folder}: its name {name} is that of {drops[name]}; rename one of the two folders")
         drops[name] = Path(folder)
@@ -116,6 +117,13 @@ def find_drops(video_dir: Path) -> dict[str, Path]:
             f"{video_dir}: holds no {EXPERIMENT}; `wentry init {video_dir}` writes one to fill in, beside the recording"
         )
     return dict(sorted(drops.items()))
+
+
+def _speakable(name: str) -> str:
+    """A drop is named in messages, tables and files; raises ``InputError`` where its folders' names break a line."""
+    if not is_one_line(name):
+        raise InputError(f"{name!r}: a folder that holds a drop must have a name of one line of text; rename it")
+    return name
 
 
 def read_drop(name: str, folder: Path, overrides: Document | None = None, top: Path | None = None) -> Drop:

@@ -29,7 +29,13 @@ VIEW = """\
 
 
 def write_scaffold(folder: Path) -> Path:
-    """Write ``experiment.yaml`` into ``folder`` and return its path; raises ``InputError`` if there is one already."""
+    """Write ``experiment.yaml`` into ``folder`` and return its path.
+
+    Raises ``InputError`` if there is one already, or where ``folder`` is a file or cannot be made.
+    """
+    for part in (folder, *folder.parents):
+        if part.exists() and not part.is_dir():
+            raise InputError(f"{part}: is a file; give the folder that holds the recording, or one to make")
     path = folder / EXPERIMENT
     if path.exists():
         raise InputError(f"{path}: stands already; edit it, or remove it to start anew")

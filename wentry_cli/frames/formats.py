@@ -79,7 +79,8 @@ def _nearest(path: Path) -> str:
 def _unknown(path: Path, suffix: str) -> str:
     if suffix in STILLS:
         return "a single image; give its folder as the source"
-    close = get_close_matches(suffix, list(FORMATS), n=1, cutoff=0.5)
-    guess = f"; did you mean '{path.stem}{close[0]}'?" if close else ""
+    close = get_close_matches(suffix, list(FORMATS), cutoff=0.75)
+    there = [path.with_suffix(ending).name for ending in close if path.with_suffix(ending).exists()]
+    guess = f"; did you mean '{there[0]}'?" if there else f"; rename it if it is a {close[0]} file;" if close else ""
     kind = f"files of kind '{suffix}'" if suffix else "files without an ending"
     return f"{kind} are not read{guess or ';'} supported: {SUPPORTED}"
