@@ -254,6 +254,27 @@ def test_set_overrides_and_is_located(tmp_path: Path) -> None:
         overrides_document(("tracking",))
 
 
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        ("!!int abc", "1:1: error: tags (!…) are not read"),
+        ("&a x", "1:1: error: anchors (&a) are not read"),
+        ("{1: 2}", "1:2: error: a key must be a plain word, not 1"),
+        ('"\\U00110000"', "1:1: error: not valid YAML: an escape such as \\U names no character"),
+        ("[", "error: not valid YAML"),
+        (
+            "a\n---\nb",
+            "2:1: error: not valid YAML: expected a single document in the stream, but found another document",
+        ),
+    ],
+)
+def test_set_reads_as_a_file_does(value: str, expected: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        overrides_document((f"condition={value}",))
+    assert str(caught.value).startswith("--set condition:")
+    assert expected in str(caught.value)
+
+
 def test_water_at_twenty_degrees() -> None:
     water = water_properties(20.0)
     assert water["density_kg_m3"] == pytest.approx(998.204, abs=0.02)

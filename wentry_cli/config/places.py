@@ -74,32 +74,34 @@ def read_document(path: Path) -> Document:
     Anchors and aliases are refused (a short file can describe an endless one), as are tags, keys that are no words
     and duplicate keys. Raises ``ConfigurationError`` with file, line and column.
     """
-    text = _read_text(path)
-    loader = _Loader(text)
-    try:
-        _refuse_traps(path, text)
-        node = loader.get_single_node()
-        if node is None:
-            return Document({}, {(): Place(path, 1, 1)})
-        if not isinstance(node, yaml.MappingNode):
-            raise ConfigurationError(f"{path}:1:1: error: the file must hold `key: value` lines")
-        places: dict[KeyPath, Place] = {(): Place(path, 1, 1)}
-        _note_places(node, (), places, path)
-        data: dict[str, Any] = loader.construct_document(node)
-    except yaml.YAMLError as error:
-        raise ConfigurationError(_sentence(path, error)) from error
-    except (ValueError, OverflowError) as error:
-        raise ConfigurationError(
-            f"{path}:1:1: error: not valid YAML: an escape such as \\U names no character"
-        ) from error
-    finally:
-        loader.dispose()
+    data, places = _build(_read_text(path), path)
+    if data is None:
+        return Document({}, places)
+    if not isinstance(data, dict):
+        raise ConfigurationError(f"{path}:1:1: error: the file must hold `key: value` lines")
     return Document(data, places)
 
 
-def read_value(text: str) -> Any:
-    """A single YAML value, with the same numbers as in a file; raises ``yaml.YAMLError``."""
-    return yaml.load(text, Loader=_Loader)
+def read_value(text: str, origin: Path) -> Any:
+    """Any YAML value, read as in a file; ``ConfigurationError`` names ``origin`` as that file."""
+    return _build(text, origin)[0]
+
+
+def _build(text: str, origin: Path) -> tuple[Any, dict[KeyPath, Place]]:
+    places: dict[KeyPath, Place] = {(): Place(origin, 1, 1)}
+    try:
+        loader = _Loader(text)
+        _refuse_traps(origin, text)
+        node = loader.get_single_node()
+        if node is None:
+            return None, places
+        _note_places(node, (), places, origin)
+        return loader.construct_document(node), places
+    except yaml.YAMLError as error:
+        raise ConfigurationError(_sentence(origin, error)) from error
+    except (ValueError, OverflowError) as error:
+        told = "not valid YAML: an escape such as \\U names no character"
+        raise ConfigurationError(f"{origin}:1:1: error: {told}") from error
 
 
 def _read_text(path: Path) -> str:
@@ -134,7 +136,9 @@ def _refuse_traps(path: Path, text: str) -> None:
 def _sentence(path: Path, error: yaml.YAMLError) -> str:
     mark = getattr(error, "problem_mark", None)
     where = f"{path}:{mark.line + 1}:{mark.column + 1}" if mark else f"{path}:1:1"
-    return f"{where}: error: not valid YAML: {getattr(error, 'problem', None) or error}"
+    problem = getattr(error, "problem", None) or str(error)
+    context = getattr(error, "context", None) if problem.startswith("but ") else None
+    return f"{where}: error: not valid YAML: {f'{context}, ' if context else ''}{problem}"
 
 
 def _note_places(node: yaml.Node, path: KeyPath, places: dict[KeyPath, Place], file: Path) -> None:

@@ -6,8 +6,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from wentry_cli.config.campaign import Drop, find_drops, read_drop
 from wentry_cli.config.inheritance import find_shared, notes_of
 from wentry_cli.config.places import Document, Place, read_value
@@ -78,10 +76,7 @@ def overrides_document(settings: tuple[str, ...]) -> Document | None:
         key, separator, text = setting.partition("=")
         if not separator or not key:
             raise ConfigurationError(f"--set {setting}: write key.path=value, for example analysis.tracking=fast")
-        try:
-            value = read_value(text)
-        except yaml.YAMLError as error:
-            raise ConfigurationError(f"--set {setting}: the value is not valid YAML") from error
+        value = read_value(text, Path(f"--set {key}"))
         parts = key.split(".")
         below: dict[str, Any] = {parts[-1]: value}
         for part in reversed(parts[:-1]):
