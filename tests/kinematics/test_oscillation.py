@@ -143,3 +143,18 @@ def test_a_whole_period_behind_the_splash_is_counted() -> None:
     result = found(clean)
     assert next(p.number for p in result.periods if np.isfinite(p.peak.time_s)) == 2
     assert np.isnan(result.periods[0].end_s)
+
+
+def test_a_first_peak_before_a_fall_from_above_one_keeps_its_number() -> None:
+    """Frames on both sides of the place where the peak must lie, of which the first is too bad to show its rise."""
+    clean, first = ringing(T), true_peaks()[0]
+    start = int(np.flatnonzero(first - 0.0006 < T)[0])
+    clean[(T > 0.0) & (np.arange(T.size) < start)] = np.nan
+    clean[start] += 0.03
+    spread = np.full(T.size, 1e-3)
+    spread[start] = 0.005
+    for seed in range(6):
+        seen = clean + 1e-3 * np.random.default_rng(seed).normal(size=T.size)
+        result = find_oscillation(T, seen, spread)
+        numbers = {p.number: p.peak.time_s for p in result.periods if np.isfinite(p.peak.time_s)}
+        assert numbers[2] == pytest.approx(true_peaks()[1], abs=3e-4)

@@ -103,3 +103,13 @@ def test_frames_and_region_are_those_of_the_configuration(drop: Path, tmp_path: 
     assert list(frames.frame) == list(range(7))
     assert frames.camera_frame.iloc[0] == 3
     assert frames.time_s.iloc[0] == 0.0
+
+
+def test_doubled_frames_are_said(drop: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    ingest.run(tmp_path / "out", read_drop("drop", drop))
+    assert not caplog.records
+    images = sorted((drop / "side").iterdir())
+    for first, second in zip(images[:6:2], images[1:7:2], strict=True):
+        second.write_bytes(first.read_bytes())
+    ingest.run(tmp_path / "again", read_drop("drop", drop))
+    assert f"drop: 3 of {len(images)} frames of the side view equal the frame before" in caplog.text

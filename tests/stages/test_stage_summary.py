@@ -142,6 +142,20 @@ def test_a_speed_that_the_height_does_not_explain_is_a_warning(
     assert "high: the impact speed is 5 m/s by measurement and 6.26 m/s by drop" in caplog.text
 
 
+@pytest.mark.parametrize(("acceleration", "said"), [(-9.0, False), (-40.0, True), (9.81, True)])
+def test_a_flight_that_is_no_fall_is_a_warning(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, acceleration: float, said: bool
+) -> None:
+    n = 8
+    flight = {"frame": np.arange(n), "t_s": np.arange(n) / 1000.0, "a_c_m_s2": acceleration, "a_c_m_s2_unc": 0.5}
+    write_table(tmp_path, "kinematics", new_table("kinematics", flight | {"status": "ok"}))
+    scale = {"view": ["side"], "scale_px_per_m": [1000.0], "scale_px_per_m_unc": [1.0]}
+    write_table(tmp_path, "geometry", new_table("geometry", scale))
+    summary.run(tmp_path, make_drop("flight", kind="free_flight", material="rigid"))
+    assert read_table(tmp_path, "summary")["acceleration_m_s2"].iloc[0] == acceleration
+    assert ("flight: a free flight falls with -9.81 m/s²" in caplog.text) is said
+
+
 def test_seals(tmp_path: Path) -> None:
     row = run(tmp_path / "a", make_drop(), motion(), value="sphere_seal")
     assert row["seal_type"] == "sphere_seal"

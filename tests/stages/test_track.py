@@ -125,6 +125,15 @@ def test_a_drop_on_a_plate(tmp_path: Path) -> None:
     assert read_table(tmp_path / "out", "side").separation_y_px.isna().all()
 
 
+def test_an_entry_that_is_called_a_drop_on_a_plate_is_refused(tmp_path: Path) -> None:
+    folder = render(tmp_path / "drop", clip={"before_s": 0.02, "longest_s": 0.06})
+    said = (folder / "experiment.yaml").read_text()
+    (folder / "experiment.yaml").write_text(said.replace("kind: water_entry", "kind: surface_impact"))
+    _, error = measure(folder, tmp_path / "out")
+    assert isinstance(error, TooFewMeasurementsError)
+    assert "check kind and views.side.surface_y_px" in str(error)
+
+
 def _tilt_pulls(out: Path, tilt_deg: float) -> np.ndarray:
     side = read_table(out, "side")
     told = side[side.tilt_deg.notna()]

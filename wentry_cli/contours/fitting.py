@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.contours.clipped import is_clipped, shift_covariance
 from wentry_cli.contours.ellipse import PARAMETERS, EllipseShape, SilhouetteFit, bottom_gradient
 from wentry_cli.contours.refine import ARC, BLUR, GATED, RESIDUAL, refine_shape
 from wentry_cli.contours.scan import scan_shape
@@ -114,6 +115,8 @@ def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> Silhoue
         quality = {"blur": report[BLUR], "arc": report[ARC], "gated": report[GATED], "residual": report[RESIDUAL]}
         if report[0]:
             return unmeasured(arc, gated, "poor_fit")
+    if is_clipped(patch):
+        scanned = scanned + shift_covariance(vector, free, top)
     x, y, radius, stretch, tilt = vector[:5].tolist()
     shape = EllipseShape(x + patch.x0, y + patch.y0, radius, stretch, math.degrees(tilt))
     covariance = np.zeros((5, 5))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.arc import J, farthest, quadrant_table, sector_angles, semi_axes
+from wentry_cli.contours.clipped import CLIPPED_PX, is_clipped
 from wentry_cli.contours.discrepancy import residual_statistics
 from wentry_cli.contours.ellipse import SilhouetteFit
 from wentry_cli.contours.likelihood import COUNT
@@ -73,7 +74,8 @@ def fit_local_bottom(
     status = STATUS_WORDS[int(found[4])]
     if status != "ok":
         return BottomFit(math.nan, math.nan, math.nan, math.nan, status)
-    return BottomFit(float(found[0]) + patch.x0, float(found[1]) + patch.y0, float(found[2]), float(found[3]), status)
+    unc = math.hypot(float(found[2]), CLIPPED_PX if is_clipped(patch) else 0.0)
+    return BottomFit(float(found[0]) + patch.x0, float(found[1]) + patch.y0, unc, float(found[3]), status)
 
 
 @compiled

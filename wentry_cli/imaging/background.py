@@ -98,7 +98,8 @@ def _level_without_spheres(samples: NDArray[Any], noise: float) -> NDArray[np.fl
 
 def _ghosts(level: NDArray[np.float32], discs: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Where spheres have left a ghost in the level, with the blurred edge of the ghost."""
-    dark = discs & ~(level > GHOST * np.nanpercentile(level[::4, ::4], 80))
+    known = level[::4, ::4][np.isfinite(level[::4, ::4])]
+    dark = discs & ~(level > GHOST * (np.percentile(known, 80) if known.size else np.nan))
     wide = cv2.dilate(dark.astype(np.uint8), np.ones((2 * GHOST_EDGE_PX + 1,) * 2, np.uint8))
     return np.asarray((wide > 0) & discs)
 

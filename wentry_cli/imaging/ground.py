@@ -29,13 +29,13 @@ def relative_noise(samples: NDArray[Any]) -> float:
     """Standard deviation of bright pixels from frame to frame over their level, from a coarse grid; 0 where clipped.
 
     The mean of the lower part of the absolute differences of consecutive samples ignores the few pixels over which
-    something moved; a median would count in whole grey levels.
+    something moved; a median would count in whole grey levels. 0 too where nothing is bright.
     """
     grid = np.asarray(samples[:, ::9, ::9], dtype=np.float32)
     if len(grid) < 2:
         return 0.0
     level = np.max(grid, axis=0)
-    bright = level >= 0.7 * np.percentile(level, 80)
+    bright = (level > 0.0) & (level >= 0.7 * np.percentile(level, 80))
     steps = (np.abs(np.diff(grid, axis=0))[:, bright] / level[bright]).ravel()
     number = int(LOWER_SHARE * steps.size)
     if number == 0:

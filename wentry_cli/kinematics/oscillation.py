@@ -110,7 +110,7 @@ def find_oscillation(
     extrema = _significant(_extrema(track), minimum_swing)
     if len(extrema) == 1 and all(_swing(extrema[0], end, minimum_swing) < 1.0 for end in _ends(track)):
         extrema = ()
-    unseen = _unseen_peaks(extrema, times[after])
+    unseen = _unseen_peaks(extrema, times[after], _starts_high(extrema, track, minimum_swing))
     while extrema and not extrema[0].peak and not unseen:
         extrema = extrema[1:]
     extrema = tuple(_with_common(e, track, spread[after]) for e in extrema)
@@ -176,8 +176,16 @@ def _significant(extrema: tuple[Extremum, ...], minimum_swing: float) -> tuple[E
     return tuple(kept)
 
 
-def _unseen_peaks(extrema: tuple[Extremum, ...], measured_s: Array) -> int:
-    """How many peaks lie before the first extremum, in frames that were not measured."""
+def _starts_high(extrema: tuple[Extremum, ...], track: SmoothTrack, minimum_swing: float) -> bool:
+    """Whether λ falls to its first valley from above the 1 that it had at impact: then a peak lies in between."""
+    if not extrema or extrema[0].peak:
+        return False
+    start = _ends(track)[0]
+    return start.stretch > 1.0 and _swing(start, Extremum(0.0, 0.0, 1.0, 0.0, False), minimum_swing) >= 1.0
+
+
+def _unseen_peaks(extrema: tuple[Extremum, ...], measured_s: Array, certain: bool) -> int:
+    """How many peaks lie before the first extremum, in frames that were not measured; at least one if ``certain``."""
     if len(extrema) < 2:
         return 0
     alike = [b.time_s - a.time_s for a, b in zip(extrema, extrema[2:], strict=False)]
@@ -187,7 +195,7 @@ def _unseen_peaks(extrema: tuple[Extremum, ...], measured_s: Array) -> int:
     count = round(phase - FIRST_PEAK) if first.peak else round(phase - FIRST_VALLEY) + 1
     off = (measured_s - first.time_s) / period + (1.0 if first.peak else 0.5)  # from the last peak before it
     seen = np.any((off > -BESIDE) & (off < 0.0)) and np.any((off > 0.0) & (off < BESIDE))
-    return 0 if seen else max(count, 0)
+    return max(count, 1) if certain else 0 if seen else max(count, 0)
 
 
 def _with_common(extremum: Extremum, track: SmoothTrack, stated: Array) -> Extremum:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from wentry_cli.errors import ConfigurationError, FrameUnreadableError
 from wentry_cli.frames.formats import open_recording
 from wentry_cli.frames.oriented import Oriented, orient
-from wentry_cli.frames.reader import RecordingInfo, Region
+from wentry_cli.frames.reader import Frame, RecordingInfo, Region
 from wentry_cli.imaging.exposure import sum_and_clipped
 from wentry_cli.progress import tick
 from wentry_cli.stages.inputs.agreement import check_clocks, check_view
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 STRIP_ROWS = 4
 STRIPS = 3
+logger = logging.getLogger(__name__)
 RANDOM_ACCESS = ("Photron", "Phantom")
 
 
@@ -92,12 +94,26 @@ def _strips(info: RecordingInfo) -> list[Region] | None:
     return [(0, first, info.width, first + STRIP_ROWS) for first in firsts]
 
 
-def _level(opened: OpenView, index: int, strips: list[Region] | None) -> tuple[float, float]:
-    wanted: list[Region | None] = [None] if strips is None else [*strips]
-    parts = [opened.recording.read(index, region) for region in wanted]
-    sums = [sum_and_clipped(part, int(opened.full_scale)) for part in parts]
-    size = sum(part.size for part in parts)
-    return sum(total for total, _ in sums) / size, sum(clipped for _, clipped in sums) / size
+class _Looks:
+    """Levels of the frames of one view, and how many frames equal the one before bit by bit."""
+
+    def __init__(self, opened: OpenView) -> None:
+        strips = _strips(opened.info)
+        self._opened = opened
+        self._wanted: list[Region | None] = [None] if strips is None else [*strips]
+        self._last: tuple[list[Frame], list[int]] = ([], [])
+        self.repeats = 0
+
+    def level(self, index: int) -> tuple[float, float]:
+        """Mean level and share of clipped pixels; raises ``FrameUnreadableError``."""
+        parts = [self._opened.recording.read(index, region) for region in self._wanted]
+        found = [sum_and_clipped(part, int(self._opened.full_scale)) for part in parts]
+        sums, size = [total for total, _ in found], sum(part.size for part in parts)
+        before, before_sums = self._last
+        if sums == before_sums and all(np.array_equal(*pair) for pair in zip(parts, before, strict=True)):
+            self.repeats += 1
+        self._last = parts, sums
+        return sum(sums) / size, sum(clipped for _, clipped in found) / size
 
 
 def _view_rows(drop: Drop, name: str, done: int) -> dict[str, Any]:
@@ -105,17 +121,23 @@ def _view_rows(drop: Drop, name: str, done: int) -> dict[str, Any]:
     try:
         check_view(drop, name, opened.info)
         count = opened.info.frame_count
-        strips = _strips(opened.info)
+        looks = _Looks(opened)
         levels = np.full((count, 2), np.nan)
         status = ["ok"] * count
         times = frame_times(drop, name, opened)
         for index in range(count):
             try:
-                levels[index] = _level(opened, index, strips)
+                levels[index] = looks.level(index)
             except FrameUnreadableError as error:
                 status[index] = error.status
             if index % 32 == 0:
                 tick(done + index, done + count)
+        if looks.repeats:
+            logger.warning(
+                "%s: %d of %d frames of the %s view equal the frame before bit by bit, which no camera does; "
+                "export the recording again, or its times and speeds are wrong",
+                drop.name, looks.repeats, count, name,
+            )  # fmt: skip
         return {
             "view": [name] * count,
             "frame": np.arange(count),

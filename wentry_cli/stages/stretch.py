@@ -103,7 +103,7 @@ def _status(k: int, found: Oscillation) -> str:
     """
     period, valley = found.periods[k], found.periods[k].valley
     whole = np.isfinite([period.peak_to_peak_s, period.end_s, valley.stretch if valley else np.nan]).all()
-    if whole or period.status == "no_unit_crossing":
+    if whole or period.status in ("no_unit_crossing", "not_identified"):
         return period.status
     before = found.periods[k - 1].peak_to_peak_s if k else np.nan
     interval = before if np.isfinite(before) else 2.0 * (valley.time_s - period.peak.time_s) if valley else np.nan

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 PEAKS = 5
 CROSS_CHECK = 0.08
+FREE_FALL, FREE_FALL_SIGMA = 0.2, 4.0
 logger = logging.getLogger(__name__)
 
 
@@ -115,7 +116,14 @@ def _flight(folder: Path, drop: Drop) -> Row:
     value, random = number(first, "a_c_m_s2"), number(first, "a_c_m_s2_unc")
     geometry = first_row(folder, "geometry", view=drop.experiment.sides[0])
     scale = number(geometry, "scale_px_per_m_unc", 0.0) / number(geometry, "scale_px_per_m", math.inf)
-    return {"acceleration_m_s2": value, "acceleration_m_s2_unc": math.hypot(random, value * scale)}
+    unc, gravity = math.hypot(random, value * scale), drop.experiment.gravity_m_s2
+    if abs(value + gravity) > max(FREE_FALL_SIGMA * unc, FREE_FALL * gravity):
+        logger.warning(
+            "%s: a free flight falls with %.3g m/s², but the acceleration is measured to be %.3g ± %.2g m/s²; check "
+            "kind, fps and sphere.diameter_m",
+            drop.name, -gravity, value, unc,
+        )  # fmt: skip
+    return {"acceleration_m_s2": value, "acceleration_m_s2_unc": unc}
 
 
 def _oscillation(folder: Path) -> Row:

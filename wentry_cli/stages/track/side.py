@@ -33,6 +33,10 @@ if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
 
 
+# A sphere that rings from its release stays within a few per cent of round.
+FAR_FROM_ROUND, HIGH, FEW_FRAMES = 0.1, 0.2, 3
+
+
 @dataclass(frozen=True)
 class SideResult:
     """What the side view gave: columns of side.csv, scales, surface, radius in air, impact, the map to metres."""
@@ -51,7 +55,10 @@ def measure_side(drop: Drop, clip: Clip, ground: Background, sampled: list[int])
     seed = find_seed(clip, ground, sampled, radius_range=_radius_range(drop))
     if seed is None:
         nothing = side_columns(clip.count, [])
-        problem = "no sphere was found in any frame: check source, roi_px and polarity of views.side"
+        problem = (
+            "no sphere was found in any frame: check source, roi_px and polarity of views.side; a clip that starts "
+            "below the surface needs views.side.background"
+        )
         return SideResult(nothing, NO_SCALES, _surface(drop, ground, None), NO_RADIUS, NO_IMPACT, problem)
     clip.release()
     if drop.experiment.kind == "free_flight":
@@ -148,7 +155,16 @@ def _measure_plate(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     _state_radius(columns, track.radius, NO_RADIUS)
     columns = _dated(columns, clip.time_s - impact.time_s)
     problem = "" if impact.status == "ok" else _why_no_impact(impact).replace("surface", "plate")
+    if not problem and _deforms_in_flight(columns, drop.experiment.sphere.radius_m):
+        problem = "the sphere deforms long before it meets the plate: check kind and views.side.surface_y_px"
     return SideResult(columns, scales, plate, track.radius, impact, problem)
+
+
+def _deforms_in_flight(columns: dict[str, Any], radius_m: float) -> bool:
+    """Whether the stretch leaves 1 by far in several frames before contact and at a height: then there was another."""
+    stretch, height = np.asarray(columns["stretch"], float), np.asarray(columns["y_b_m"], float)
+    early = (np.asarray(columns["t_s"], float) < 0.0) & (height > HIGH * radius_m)
+    return int(np.sum(early & (np.abs(stretch - 1.0) > FAR_FROM_ROUND))) >= FEW_FRAMES
 
 
 def _first_contact(sightings: Sequence[Sighting], plate_px: float) -> int:
