@@ -27,6 +27,8 @@ scale_water_px_per_m | px/m | float | scale of what is seen through the water; e
 scale_source | – | text | how each scale was found: given, diameter or wet_ellipse
 surface_y_px | px | float | row of the undisturbed free surface (surface_impact: of the plate)
 ±
+optical_axis_y_px | px | float | row where the optical axis meets the picture; empty without water
+±
 radius_px | px | float | radius of the undeformed sphere in air
 ±
 impact_time_s | s | float | first contact on the camera clock

@@ -69,5 +69,5 @@ def test_a_cavity_that_stays_or_comes_back_or_loses_its_upper_part_has_not_left(
 
 
 def test_a_thick_band_hides_more_rows() -> None:
-    assert hidden_rows(0.02) == pytest.approx(2.62)
-    assert hidden_rows(1.0) == pytest.approx(8.5)
+    assert hidden_rows(0.0) == pytest.approx(2.5)
+    assert hidden_rows(20.0 / 12.0**0.5) == pytest.approx(1.0 + 0.5 * (20.0**2 + 3.0**2) ** 0.5)

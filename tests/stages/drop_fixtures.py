@@ -87,6 +87,7 @@ def write_views(folder: Path, known: Known, *, noise: float = 0.1, seed: int = 0
     write_table(folder, "side", new_table("side", side))
     geometry = {"view": ["side"], "fps": [FPS], "scale_px_per_m": [SCALE], "scale_px_per_m_unc": [0.002 * SCALE]}
     geometry |= {"scale_water_px_per_m": [SCALE], "scale_water_px_per_m_unc": [0.002 * SCALE], "surface_y_px": [300.0]}
+    geometry |= {"optical_axis_y_px": [300.0], "optical_axis_y_px_unc": [0.0]}
     write_table(folder, "geometry", new_table("geometry", geometry))
 
 

@@ -66,6 +66,7 @@ def write_track(folder: Path, drop: Path, width: int) -> None:
     write_table(folder, "side", new_table("side", side))
     views = [name for name in ("side", "top") if name in said["views"]]
     geometry = {"view": views, "fps": 1000.0, "exposure_s": 1e-4, "scale_px_per_m": scale, "surface_y_px": surface}
+    geometry |= {"optical_axis_y_px": 200.0, "optical_axis_y_px_unc": 50.0}
     geometry |= {"scale_water_px_per_m": scale, "scale_water_px_per_m_unc": 0.2, "radius_px": scale * radius}
     geometry |= {"impact_time_s": truth["impact_time_s"], "impact_time_s_unc": 3e-6}
     write_table(folder, "geometry", new_table("geometry", geometry))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 BLUR_PX = 1.0  # beside the band of the surface, where its blur is fainter than a wall
+LINE_PX = 3.0
 FIT_ROWS, FEWEST_ROWS = 8, 5  # below the band, from which the top is continued
 LEAST_FALL_PX = 3.0
 FEWEST_FRAMES = 4
@@ -35,9 +37,9 @@ NO_DETACHMENT = Detachment(float("nan"), float("nan"))
 def hidden_rows(surface_unc_px: float) -> float:
     """Rows below the middle of the surface that its dark band hides.
 
-    The uncertainty of its row is a twelfth of what the band is thicker than 3 px (``imaging.free_surface``).
+    The uncertainty of its row is the thickness of the band over √12, less that of a line (``imaging.free_surface``).
     """
-    return 1.5 + 6.0 * surface_unc_px + BLUR_PX
+    return 0.5 * math.sqrt(12.0 * surface_unc_px**2 + LINE_PX**2) + BLUR_PX
 
 
 def find_apex(depth_px: Floats, width_px: Floats, hidden_px: float) -> float:

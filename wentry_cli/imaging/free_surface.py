@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 BLOCKS = 24
 WIDEST_BAND = 61
+LINE_PX = 3.0  # what the finest meniscus looks like
 FAINTEST_DIP = 0.012
 
 
@@ -137,7 +138,11 @@ def _median_line(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[float,
 
 
 def _unevenness(thickness: float) -> float:
-    return max(0.02, max(thickness - 3.0, 0.0) / 12.0)
+    """Standard deviation of where in its dark band the undisturbed surface lies: anywhere, less a line's own width.
+
+    Water that climbs the wall puts it at the lower rim of the band, a camera that looks down or up at either.
+    """
+    return max(0.02, math.sqrt(max(thickness**2 - LINE_PX**2, 0.0) / 12.0))
 
 
 def find_plate(level: NDArray[np.float32], *, x_px: float | None = None) -> SurfaceRow:

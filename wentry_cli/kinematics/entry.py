@@ -53,7 +53,7 @@ def solve_entry_motion(
     ballistic: Ballistic,
     mode: Mode = "impact_aware",
     slow_s: float = math.inf,
-    fixed_m: float = 0.0,
+    fixed_m: float | Array = 0.0,
 ) -> EntryMotion:
     """Smooth y_b and y_c = y_b + R/λ² of a sphere that meets the surface at time 0.
 
@@ -64,7 +64,8 @@ def solve_entry_motion(
     ellipse, a scale) and that no smoothing sees. It is taken to turn round within ``slow_s`` and widens the error bars
     of velocity and acceleration by itself over ``slow_s`` and its square; one of λ also by the rates at which its lever
     2R/λ³ on y_c changes. What is wrong below the surface has come about since impact: after it, no slower than that.
-    ``fixed_m`` is the part that is one and the same in all frames (the height of the surface): it moves no speed.
+    ``fixed_m`` is the part that is one and the same in all frames before or in all after impact (the height of the
+    surface, the optical axis): it moves no speed.
     """
     times = np.asarray(times_s, dtype=float)
     rigid = bool(np.all(stretch[1] == 0.0))

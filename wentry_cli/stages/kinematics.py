@@ -14,6 +14,7 @@ from wentry_cli.kinematics.centre import early_shape_time, early_shape_time_from
 from wentry_cli.kinematics.entry import EntryMotion, fall_before_impact, solve_entry_motion
 from wentry_cli.kinematics.state_pass import Ballistic
 from wentry_cli.stages.inputs.columns import column, first_known, first_row, number
+from wentry_cli.stages.track.scales import axis_effect
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 from wentry_cli.tracking.scale import PixelMap, pixel_to_metre
 
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 NOMINAL_DENSITY = 1070.0  # the paper's; only bounds the drag of the air where none was given
-AXIS_UNKNOWN_PX = 50.0
-AXIS_GIVEN_PX = 5.0
 
 
 def run(folder: Path, drop: Drop) -> None:
@@ -131,8 +130,14 @@ def entry_motion(
         ballistic=_fall(side, geometry, drop),
         mode=drop.experiment.analysis.smoother,
         slow_s=_slow(folder, side, drop),
-        fixed_m=number(geometry, "surface_y_px_unc", 0.0) / number(geometry, "scale_px_per_m", math.inf),
+        fixed_m=_fixed(geometry, column(side, "t_s")),
     )
+
+
+def _fixed(geometry: dict[str, Any], times: Array) -> Array:
+    """The part of the uncertainty of a height, m, that frames share: the surface's row, below it the axis."""
+    surface = number(geometry, "surface_y_px_unc", 0.0) / number(geometry, "scale_px_per_m", math.inf)
+    return np.hypot(surface, np.where(times > 0.0, _by_axis(geometry), 0.0))
 
 
 def motion_columns(motion: EntryMotion) -> dict[str, Array]:
@@ -167,19 +172,20 @@ def _fall(side: pd.DataFrame, geometry: dict[str, Any], drop: Drop) -> Ballistic
     times, heights = column(side, "t_s"), column(side, "y_b_m")
     before = (times < 0.0) & np.isfinite(heights)
     speed = -float(np.polyfit(times[before], heights[before], 1)[0]) if before.sum() > 2 else 0.0
-    air = number(geometry, "scale_px_per_m")
-    water = number(geometry, "scale_water_px_per_m", air)
-    view = experiment.views.side
-    given = view is not None and view.optical_axis_y_px != "auto"
-    axis = AXIS_GIVEN_PX if given else AXIS_UNKNOWN_PX
-    jump = abs(1.0 / air - 1.0 / water) * axis if air > 0 and water > 0 else 0.0
     return fall_before_impact(
         experiment.gravity_m_s2,
         speed,
         experiment.sphere.radius_m,
         experiment.sphere.density or NOMINAL_DENSITY,
-        position_jump_m=jump,
+        position_jump_m=_by_axis(geometry),
     )
+
+
+def _by_axis(geometry: dict[str, Any]) -> float:
+    """How far the uncertain optical axis may shift all heights below the surface, m."""
+    air = number(geometry, "scale_px_per_m")
+    water = number(geometry, "scale_water_px_per_m", air)
+    return number(geometry, "optical_axis_y_px_unc", 0.0) * axis_effect(air, water)
 
 
 def _slow(folder: Path, side: pd.DataFrame, drop: Drop) -> float:

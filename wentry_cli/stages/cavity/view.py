@@ -14,7 +14,6 @@ from wentry_cli.cavity.follow import sphere_outlines
 from wentry_cli.cavity.nested import CavityStart, find_cavity_starts
 from wentry_cli.cavity.profile import CavityProfile, SphereOutline
 from wentry_cli.stages.inputs.clip import open_clip
-from wentry_cli.stages.track.scales import Scales, pixel_map
 from wentry_cli.tables import read_table
 from wentry_cli.tracking.scale import PixelMap, pixel_to_metre
 
@@ -64,10 +63,10 @@ def read_side_view(folder: Path, drop: Drop) -> SideView:
     column = {name: side[name].to_numpy(float) for name in side.columns if name not in {"status", "y_b_source"}}
     air, water = float(row["scale_px_per_m"]), float(row["scale_water_px_per_m"])
     water_unc = float(row["scale_water_px_per_m_unc"])
-    scales = Scales(air, float(row["scale_px_per_m_unc"]), water, water_unc, "")
     clip = open_clip(folder, drop, "side")
-    pixels = pixel_map(drop, scales, float(row["surface_y_px"]), clip.opened.middle_px)
+    axis_x = clip.opened.middle_px[0]
     clip.close()
+    pixels = PixelMap(air, water, float(row["surface_y_px"]), axis_x, float(row["optical_axis_y_px"]))
     radius = water * drop.experiment.sphere.radius_m
     starts = find_cavity_starts(column["t_s"], column["stretch"], column["stretch_unc"], column["separation_y_m"])
     spheres = sphere_outlines(column["center_x_px"], column["center_y_px"], radius, column["stretch"])

@@ -72,6 +72,8 @@ def _side_row(drop: Drop, clip: Clip, side: SideResult) -> dict[str, Any]:
         "scale_source": side.scales.source,
         "surface_y_px": side.surface.y_px if found else math.nan,
         "surface_y_px_unc": side.surface.unc_px if found else math.nan,
+        "optical_axis_y_px": side.axis.y_px,
+        "optical_axis_y_px_unc": side.axis.unc_px,
         "radius_px": side.radius.value,
         "radius_px_unc": side.radius.unc,
         "impact_time_s": side.impact.time_s,
@@ -80,9 +82,8 @@ def _side_row(drop: Drop, clip: Clip, side: SideResult) -> dict[str, Any]:
 
 
 def _top_row(drop: Drop, clip: Clip, top: TopResult) -> dict[str, Any]:
-    empty = dict.fromkeys(
-        ("scale_water_px_per_m", "scale_water_px_per_m_unc", "surface_y_px", "surface_y_px_unc"), math.nan
-    )
+    of_side = ("scale_water_px_per_m", "surface_y_px", "optical_axis_y_px")
+    empty = dict.fromkeys([key for name in of_side for key in (name, f"{name}_unc")], math.nan)
     return (
         _row(drop, "top", clip)
         | empty

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.imaging.background import Background
 from wentry_cli.imaging.free_surface import SurfaceRow
-from wentry_cli.tracking.scale import NO_RADIUS, PixelMap, PooledRadius, scale_from_radius
+from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius, scale_from_radius
 
 if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
@@ -71,19 +71,16 @@ def find_scales(drop: Drop, air: PooledRadius, water: PooledRadius, ground: Back
     return Scales(*values[0], *values[1], f"air {air_source}, water {wet_source}")
 
 
-def pixel_map(drop: Drop, scales: Scales, zero_px: float, middle_px: tuple[float, float]) -> PixelMap:
-    """The map to metres of the side view; the optical axis is given or in the middle of the camera's image."""
-    axis = drop.view("side").optical_axis_y_px
-    axis_y = middle_px[1] if axis == "auto" else float(axis)
-    return PixelMap(scales.air, scales.water, zero_px, middle_px[0], axis_y)
-
-
 def height_unc(
-    bottom: tuple[NDArray[np.float64], NDArray[np.float64]], scales: Scales, surface: SurfaceRow, axis_px: float
+    bottom: tuple[NDArray[np.float64], NDArray[np.float64]],
+    scales: Scales,
+    surface: SurfaceRow,
+    axis: tuple[float, float],
 ) -> NDArray[np.float64]:
-    """Uncertainty of a height in m: that of the row, of the surface, and of the scales (see ``pixel_to_metre``).
+    """Uncertainty of a height in m: row, surface, scales and optical axis (see ``pixel_to_metre``).
 
-    The row of the surface is seen in air and moves all heights alike, in both media.
+    ``axis`` is its row and the uncertainty of that. The row of the surface is seen in air and moves all heights alike,
+    in both media; a wrong axis those below the surface.
     A scale that both media share stretches the distance from the surface; two scales stretch those from the axis.
     """
     row = bottom[0]
@@ -92,7 +89,14 @@ def height_unc(
     by_air, by_water = scales.air_unc / scales.air**2, scales.water_unc / scales.water**2
     by_scale = (row - surface.y_px) * by_air
     if (scales.air, scales.air_unc) != (scales.water, scales.water_unc):
-        through_wall = np.hypot((surface.y_px - axis_px) * by_air, (row - axis_px) * by_water)
+        through_wall = np.hypot((surface.y_px - axis[0]) * by_air, (row - axis[0]) * by_water)
         by_scale = np.where(wet, through_wall, by_scale)
     by_surface = surface.unc_px / scales.air
-    return np.asarray(np.sqrt((bottom[1] / scale) ** 2 + by_surface**2 + by_scale**2))
+    by_axis = np.where(wet, axis[1] * axis_effect(scales.air, scales.water), 0.0)
+    return np.asarray(np.sqrt((bottom[1] / scale) ** 2 + by_surface**2 + by_scale**2 + by_axis**2))
+
+
+def axis_effect(scale_air: float, scale_water: float) -> float:
+    """By how many m an optical axis that is wrong by a pixel shifts the heights below the surface (0 if unknown)."""
+    effect = abs(1.0 / scale_air - 1.0 / scale_water)
+    return effect if math.isfinite(effect) else 0.0

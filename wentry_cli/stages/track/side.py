@@ -13,15 +13,16 @@ from numpy.typing import NDArray
 from wentry_cli.imaging.background import Background
 from wentry_cli.imaging.free_surface import SurfaceRow, find_free_surface, find_plate
 from wentry_cli.stages.inputs.clip import Clip
+from wentry_cli.stages.track.axis import NO_AXIS, OpticalAxis, assumed_axis, checked_axis
 from wentry_cli.stages.track.impact import NO_IMPACT, best_bottom, entry_impact
 from wentry_cli.stages.track.rows import side_columns
-from wentry_cli.stages.track.scales import NO_SCALES, Scales, find_scales, given_radii, height_unc, pixel_map
+from wentry_cli.stages.track.scales import NO_SCALES, Scales, find_scales, given_radii, height_unc
 from wentry_cli.tables import vouched
 from wentry_cli.tracking.flight import air_plan, both_ways
 from wentry_cli.tracking.impact import Impact
 from wentry_cli.tracking.plate import PlateScene, track_plate
 from wentry_cli.tracking.prediction import Path, plausible
-from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius, pixel_to_metre
+from wentry_cli.tracking.scale import NO_RADIUS, PixelMap, PooledRadius, pixel_to_metre
 from wentry_cli.tracking.seed import find_seed
 from wentry_cli.tracking.shape_check import NO_CHECK, ShapeCheck
 from wentry_cli.tracking.side import track_side
@@ -48,6 +49,7 @@ class SideResult:
     impact: Impact
     problem: str = ""
     shape_offset: float = 0.0
+    axis: OpticalAxis = NO_AXIS
 
 
 def measure_side(drop: Drop, clip: Clip, ground: Background, sampled: list[int]) -> SideResult:
@@ -126,11 +128,24 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     track = track_side(clip, ground, seed, scene)
     scales = find_scales(drop, track.radius_air, track.radius_water, ground)
     impact = entry_impact(drop, clip, track.sightings, (surface, scales.air))
-    columns = _in_metres(drop, clip, track.sightings, (scales, surface), track.check)
+    axis = assumed_axis(drop, clip.opened.middle_px)
+    columns = _in_metres(drop, clip, track.sightings, (scales, surface, axis), track.check)
+    t_s = clip.time_s - impact.time_s
+    checked = checked_axis(drop, axis, scales, t_s, _centre_m(columns, drop))
+    if checked != axis:
+        columns = _in_metres(drop, clip, track.sightings, (scales, surface, checked), track.check)
     _state_radius(columns, track.radius_air, track.radius_water)
     problem = "" if impact.status == "ok" else _why_no_impact(impact)
-    columns = _dated(columns, clip.time_s - impact.time_s)
-    return SideResult(columns, scales, surface, track.radius_air, impact, problem, track.check.stretch_offset)
+    columns = _dated(columns, t_s)
+    offset = track.check.stretch_offset
+    return SideResult(columns, scales, surface, track.radius_air, impact, problem, offset, checked)
+
+
+def _centre_m(columns: dict[str, Any], drop: Drop) -> NDArray[np.float64]:
+    """Heights of the centre, NaN where the frame is not ok."""
+    ok = np.array([word == "ok" for word in columns["status"]])
+    stretch = columns["stretch"] if drop.experiment.deformable else 1.0
+    return np.where(ok, columns["y_b_m"] + drop.experiment.sphere.radius_m / stretch**2, np.nan)
 
 
 def _why_no_impact(impact: Impact) -> str:
@@ -151,7 +166,7 @@ def _measure_plate(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     flying = [item for item in track.sightings if item.free_fit is not None or best_bottom(item)[2] > 0]
     before = [item for item in flying if item.frame < _first_contact(track.sightings, plate.y_px)]
     impact = entry_impact(drop, clip, before, (plate, scales.air))
-    columns = _in_metres(drop, clip, track.sightings, (scales, plate))
+    columns = _in_metres(drop, clip, track.sightings, (scales, plate, NO_AXIS))
     _state_radius(columns, track.radius, NO_RADIUS)
     columns = _dated(columns, clip.time_s - impact.time_s)
     problem = "" if impact.status == "ok" else _why_no_impact(impact).replace("surface", "plate")
@@ -184,7 +199,7 @@ def _measure_flight(drop: Drop, clip: Clip, ground: Background, seed: Path) -> S
     zero = SurfaceRow(math.nan, math.nan, 0.0, math.nan, "no_edge")
     if first is not None:
         zero = SurfaceRow(first.center_y_px, 0.0, 0.0, math.nan, "ok")
-    columns = _in_metres(drop, clip, sightings, (scales, zero))
+    columns = _in_metres(drop, clip, sightings, (scales, zero, NO_AXIS))
     columns = _dated(columns, clip.time_s - clip.time_s[0])
     return SideResult(columns, scales, zero, radius, NO_IMPACT)
 
@@ -215,13 +230,15 @@ def _in_metres(
     drop: Drop,
     clip: Clip,
     sightings: Sequence[Sighting],
-    known: tuple[Scales, SurfaceRow],
+    known: tuple[Scales, SurfaceRow, OpticalAxis],
     check: ShapeCheck = NO_CHECK,
 ) -> dict[str, Any]:
     """Columns of side.csv without t_s: pixels as seen, heights in metres with all of their uncertainty."""
-    scales, surface = known
+    scales, surface, axis = known
     columns = side_columns(clip.count, sightings)
-    pixels = pixel_map(drop, scales, surface.y_px, clip.opened.middle_px)
+    if axis == NO_AXIS:  # without water both media have one scale, and nothing depends on the axis
+        axis = OpticalAxis(clip.opened.middle_px[1], 0.0)
+    pixels = PixelMap(scales.air, scales.water, surface.y_px, clip.opened.middle_px[0], axis.y_px)
     local = columns["bottom_local_y_px"]
     use_local = np.isfinite(local)
     bottom = np.where(use_local, local, columns["bottom_y_px"])
@@ -233,7 +250,7 @@ def _in_metres(
     columns["bottom_y_px_unc"] = np.hypot(columns["bottom_y_px_unc"], check.bottom_offset_px)
     unc = np.where(use_local, columns["bottom_local_y_px_unc"], columns["bottom_y_px_unc"])
     columns["y_b_m"] = pixel_to_metre(0.0, bottom, pixels)[1]
-    columns["y_b_m_unc"] = height_unc((bottom, unc), scales, surface, pixels.axis_y_px)
+    columns["y_b_m_unc"] = height_unc((bottom, unc), scales, surface, (axis.y_px, axis.unc_px))
     columns["y_b_source"] = np.where(np.isfinite(bottom), np.where(use_local, "local", "ellipse"), "")
     columns["separation_y_m"] = pixel_to_metre(0.0, columns["separation_y_px"], pixels)[1]
     if not drop.experiment.deformable and drop.experiment.kind != "free_flight":
