@@ -10,11 +10,12 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from wentry_cli.bench.outline_cases import CASES
 from wentry_cli.bench.row import BenchRow
 
-MARKS = "osD^vP*X<>hpd8H"
+MARKS = "osD^vP*X<>pd"
 STYLE: dict[Any, Any] = {"svg.hashsalt": "wentry", "svg.fonttype": "none", "font.size": 8}
 # What the two panels of the outlines show.
 CLEAN_GROUPS, HIDDEN_CASES = ("noise and light", "shape and arc", "blur"), ("droplets on", "bright spots")
@@ -79,7 +80,9 @@ def _cases(rows: list[BenchRow]) -> Figure:
     methods = list(dict.fromkeys(row.method for row in rows))
     columns = min(3, len(cases))
     lines = math.ceil(len(cases) / columns)
-    figure = Figure(figsize=(3.0 * columns, 2.6 * lines + 0.8), layout="constrained")
+    rows_of_legend = math.ceil(len(methods) / min(3, columns + 1))
+    height = 2.6 * lines + 0.4 + 0.16 * rows_of_legend
+    figure = Figure(figsize=(3.4 * max(columns, 2) - (0.8 if columns == 1 else 0.0), height), layout="constrained")
     grid = figure.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
     for axes in grid.ravel()[len(cases) :]:
         axes.axis("off")
@@ -89,8 +92,20 @@ def _cases(rows: list[BenchRow]) -> Figure:
             number = methods.index(row.method)
             axes.loglog(row.time_us, row.rmse, MARKS[number % len(MARKS)], color=f"C{number % 10}", label=row.method)
         axes.set_xlabel("time per item, µs")
+        _few_labels(axes)
     grid[0, 0].set_ylabel(f"RMSE of {quantity}, {rows[0].unit}")
     found = [axes.get_legend_handles_labels() for axes in grid.ravel()]
     handles = {label: handle for pair in found for handle, label in zip(*pair, strict=True)}
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, frameon=False)
+    figure.legend(
+        handles.values(), handles.keys(), loc="outside lower center", ncols=min(3, columns + 1), frameon=False
+    )
     return figure
+
+
+def _few_labels(axes: Axes) -> None:
+    """Labels at 1, 2 and 5 where less than two decades are shown, at the decades otherwise."""
+    for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
+        axis.set_minor_formatter(NullFormatter())
+        if high < 100.0 * low:
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_major_formatter(StrMethodFormatter("{x:g}"))
