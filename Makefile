@@ -7,7 +7,6 @@ else
 BIN := $(VENV)/bin
 endif
 JOBS ?= 2
-# Recording of a falling ball; the chapter says so where it is absent.
 # A recording of a falling ball (.cihx), for its chapter of docs/accuracy.md; without one the chapter says so.
 BALL ?=
 STAMP := $(VENV)/.installed
@@ -32,8 +31,8 @@ demo: $(STAMP) ## render configs/demo.yaml and analyse it: build/demo/results/re
 	$(BIN)/wentry render configs/demo.yaml -o build/demo/videos -j $(JOBS)
 	$(BIN)/wentry process build/demo/videos -o build/demo/results -j $(JOBS)
 	$(BIN)/wentry fit build/demo/results -j $(JOBS)
-	$(BIN)/wentry report build/demo/results
 	$(BIN)/wentry compare build/demo/results build/demo/videos
+	$(BIN)/wentry report build/demo/results
 
 paper: $(STAMP) ## the same with the paper's 24 drops, configs/paper.yaml
 	$(BIN)/wentry render configs/paper.yaml -o build/paper/videos -j $(JOBS)

@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parent.parent
 CONTRACT = {
     "frames": "view frame camera_frame time_s mean_level saturated_fraction status",
     "neck": "frame t_s neck y_m radius_m radius_m_unc",
-    "events": "event index t_s t_s_unc y_m value status",
+    "events": "event index t_s t_s_unc y_m y_m_unc value status",
     "stretch": "frame t_s stretch stretch_unc source stretch_top stretch_side",
     "model": "t_s t_scaled_s stretch stretch_viscous",
     "cavity": "frame t_s wall y_m left_m right_m",

@@ -1,8 +1,9 @@
 """The contract of the tables as text: a section a table, a line a column; ``schemas.py`` reads it.
 
 A section starts with ``# table | stage | what a row stands for``. A column is ``name | unit | kind | meaning``; a
-fifth part says when the cell may be empty in a row whose status is ``ok``: without it, it never is. A line ``±`` adds
-the standard uncertainty of the column above it, ``<name>_unc``, empty where that is or where a second part says.
+fifth part says when the cell may be empty in a row whose status is ``ok``: without it, it never is. A kind with ``±``
+adds the column of its standard uncertainty, ``<name>_unc``, empty where the value is; a line ``±`` does the same and
+says when it may be empty besides.
 """
 
 COLUMNS = """
@@ -20,19 +21,13 @@ view | – | text | side or top
 fps | 1/s | float | frame rate used
 fps_source | – | text | where the frame rate came from
 exposure_s | s | float | exposure of one frame
-scale_px_per_m | px/m | float | scale in air (top view: in the plane of the free surface)
-±
-scale_water_px_per_m | px/m | float | scale of what is seen through the water; empty without water and for the top view
-±
+scale_px_per_m | px/m | float ± | scale in air (top view: in the plane of the free surface)
+scale_water_px_per_m | px/m | float ± | scale of what is seen through the water; empty without water or from the top
 scale_source | – | text | how each scale was found: given, diameter or wet_ellipse
-surface_y_px | px | float | row of the undisturbed free surface (surface_impact: of the plate)
-±
-optical_axis_y_px | px | float | row where the optical axis meets the picture; empty without water
-±
-radius_px | px | float | radius of the undeformed sphere in air
-±
-impact_time_s | s | float | first contact on the camera clock
-±
+surface_y_px | px | float ± | row of the undisturbed free surface (surface_impact: of the plate)
+optical_axis_y_px | px | float ± | row where the optical axis meets the picture; empty without water
+radius_px | px | float ± | radius of the undeformed sphere in air
+impact_time_s | s | float ± | first contact on the camera clock
 ground_noise | 1 | float | standard deviation of a pixel on the ground over its level (bright sphere: over the step)
 
 # top | track | frame
@@ -40,10 +35,8 @@ frame | 1 | int | index in the clip, from 0, gaps counted
 t_s | s | float | time of mid-exposure after impact
 center_x_px | px | float | centre of the circle, to the right
 center_y_px | px | float | centre of the circle, downwards
-radius_px | px | float | radius of the circle
-±
-stretch | 1 | float | principal stretch λ
-±
+radius_px | px | float ± | radius of the circle
+stretch | 1 | float ± | principal stretch λ
 gated_fraction | 1 | float | share of the sectors left out of the fit
 residual_rms_px | px | float | rms distance of the edge from the circle
 status | – | text | ok, or why something in this row is not measured
@@ -53,22 +46,15 @@ frame | 1 | int | index in the clip, from 0, gaps counted
 t_s | s | float | time of mid-exposure after impact
 center_x_px | px | float | centre of the ellipse, to the right
 center_y_px | px | float | centre of the ellipse, downwards
-radius_px | px | float | radius of the sphere of equal volume
-±
-stretch | 1 | float | principal stretch λ | rigid sphere
-±
-bottom_y_px | px | float | lowest point of the ellipse
-±
-bottom_local_y_px | px | float | lowest point from the bottom of the outline alone | bottom hidden, or free flight
-±
-y_b_m | m | float | height of the lowest point above the undisturbed surface (negative below it)
-±
+radius_px | px | float ± | radius of the sphere of equal volume
+stretch | 1 | float ± | principal stretch λ | rigid sphere
+bottom_y_px | px | float ± | lowest point of the ellipse
+bottom_local_y_px | px | float ± | lowest point from the bottom of the outline alone | bottom hidden, or free flight
+y_b_m | m | float ± | height of the lowest point above the undisturbed surface (negative below it)
 y_b_source | – | text | local or ellipse
-separation_y_px | px | float | row of the separation line | no cavity yet, or no corner seen
-±
+separation_y_px | px | float ± | row of the separation line | no cavity yet, or no corner seen
 separation_y_m | m | float | height of the separation line | where separation_y_px is
-tilt_deg | ° | float | tilt of the axis of revolution; positive: the lower pole to the right | nearly round, or rigid
-±
+tilt_deg | ° | float ± | tilt of the axis of revolution; positive: the lower pole to the right | nearly round, or rigid
 arc_fraction | 1 | float | share of the outline that was visible and used
 gated_fraction | 1 | float | share of the visible sectors left out of the fit
 residual_rms_px | px | float | rms distance of the edge from the ellipse
@@ -87,23 +73,21 @@ frame | 1 | int | index in the clip, from 0, gaps counted
 t_s | s | float | time of mid-exposure after impact
 neck | 1 | int | number of the neck, from 1, kept in time
 y_m | m | float | height of the neck
-radius_m | m | float | half width of the cavity at the neck
-±
+radius_m | m | float ± | half width of the cavity at the neck
 
 # events | cavity | event
 event | – | text | impact, dome_over, second_cavity, pinch_off
 index | 1 | int | number of the event of this kind, from 1
-t_s | s | float | time after impact
-±
+t_s | s | float ± | time after impact
 y_m | m | float | height where it happens; dome_over: of the rim, from the side view
+± | all but pinch_off
 value | – | text | dome_over: the view; second_cavity: its number; pinch_off: deep_seal, surface_seal or sphere_seal
 status | – | text | ok, or why something in this row is not measured
 
 # stretch | stretch | frame
 frame | 1 | int | index in the clip, from 0, gaps counted
 t_s | s | float | time of mid-exposure after impact
-stretch | 1 | float | principal stretch λ, top before dome-over, side after it, both where both are valid
-±
+stretch | 1 | float ± | principal stretch λ, top before dome-over, side after it, both where both are valid
 source | – | text | top, side or both
 stretch_top | 1 | float | λ of the top view at this time
 stretch_side | 1 | float | λ of the side view
@@ -111,14 +95,11 @@ stretch_side | 1 | float | λ of the side view
 # periods | stretch | N
 period | 1 | int | N, from 1
 t_start_s | s | float | upward crossing that begins the period (the first: impact)
-t_end_s | s | float | upward crossing that ends it
-±
+t_end_s | s | float ± | upward crossing that ends it
 t_peak_s | s | float | time of the greatest λ
 t_valley_s | s | float | time of the smallest λ
-peak_to_peak_s | s | float | from this peak to the next
-±
-stretch_peak | 1 | float | λ_pN
-±
+peak_to_peak_s | s | float ± | from this peak to the next
+stretch_peak | 1 | float ± | λ_pN
 stretch_valley | 1 | float | smallest λ of the period
 status | – | text | ok, or why something in this row is not measured
 
@@ -126,16 +107,11 @@ status | – | text | ok, or why something in this row is not measured
 frame | 1 | int | index in the clip, from 0, gaps counted
 t_s | s | float | time of mid-exposure after impact
 x_c_m | m | float | sideways position of the centre
-y_b_m | m | float | height of the lowest point
-±
-y_c_m | m | float | height of the centre of mass
-±
-v_b_m_s | m/s | float | velocity of the lowest point, up positive
-±
-v_c_m_s | m/s | float | velocity of the centre of mass
-±
-a_c_m_s2 | m/s² | float | acceleration of the centre of mass
-±
+y_b_m | m | float ± | height of the lowest point
+y_c_m | m | float ± | height of the centre of mass
+v_b_m_s | m/s | float ± | velocity of the lowest point, up positive
+v_c_m_s | m/s | float ± | velocity of the centre of mass
+a_c_m_s2 | m/s² | float ± | acceleration of the centre of mass
 status | – | text | ok, or why something in this row is not measured
 
 # model | model | time
@@ -147,8 +123,7 @@ stretch_viscous | 1 | float | model λ_p
 # model_fit | model | drop
 period_exp_s | s | float | measured free period, first to second peak
 period_model_s | s | float | model free period, first to second peak
-time_ratio | 1 | float | T_exp/T_model
-±
+time_ratio | 1 | float ± | T_exp/T_model
 stretch_0 | 1 | float | λ_p1, the model's start
 residual_rms | 1 | float | rms of measured minus time-scaled model λ
 eps0_dot_1_s | 1/s | float | ε̇₀ of the material used
@@ -159,16 +134,11 @@ status | – | text | ok, or why something in this row is not measured
 frame | 1 | int | index in the clip, from 0, gaps counted
 t_s | s | float | time of mid-exposure after impact
 x_c_m | m | float | sideways position of the centre
-y_b_m | m | float | height of the lowest point
-±
-y_c_m | m | float | height of the centre of mass
-±
-v_b_m_s | m/s | float | velocity of the lowest point, up positive
-±
-v_c_m_s | m/s | float | velocity of the centre of mass
-±
-a_c_m_s2 | m/s² | float | acceleration of the centre of mass
-±
+y_b_m | m | float ± | height of the lowest point
+y_c_m | m | float ± | height of the centre of mass
+v_b_m_s | m/s | float ± | velocity of the lowest point, up positive
+v_c_m_s | m/s | float ± | velocity of the centre of mass
+a_c_m_s2 | m/s² | float ± | acceleration of the centre of mass
 stretch_source | – | text | model, measured or bridge
 status | – | text | ok, or why something in this row is not measured
 
@@ -176,10 +146,8 @@ status | – | text | ok, or why something in this row is not measured
 period | 1 | int | N; empty for a rigid sphere
 t_mid_s | s | float | middle of the period, or time of the frame
 t_mid_over_tp | 1 | float | the same over the drop's own t_p
-force_coefficient | 1 | float | net force coefficient, as the paper
-±
-force_coefficient_hydro | 1 | float | hydrodynamic: weight and buoyancy added
-±
+force_coefficient | 1 | float ± | net force coefficient, as the paper
+force_coefficient_hydro | 1 | float ± | hydrodynamic: weight and buoyancy added
 
 # summary | summary | drop
 drop | – | text | name of the drop
@@ -191,42 +159,35 @@ rigid | – | text | true or false
 diameter_m | m | float | undeformed diameter
 density_kg_m3 | kg/m³ | float | density of the sphere
 g_inf_pa | Pa | float | G∞ of the material | rigid sphere
-impact_speed_m_s | m/s | float | U₀, measured, positive downwards | free flight, or filmed from the top only
-±
+impact_speed_m_s | m/s | float ± | U₀, measured, positive downwards | free flight, or filmed from the top only
 speed_from_height_m_s | m/s | float | √(2 g h), the cross-check | height and speed not given
 ± | not known
-acceleration_m_s2 | m/s² | float | free flight: constant acceleration, up positive | all but a free flight
-±
-froude | 1 | float | U₀/√(gD) | where impact_speed_m_s is
-±
+velocity_m_s | m/s | float ± | free flight: velocity in the middle of the clip, up positive | all but a free flight
+acceleration_m_s2 | m/s² | float ± | free flight: constant acceleration, up positive | all but a free flight
+froude | 1 | float ± | U₀/√(gD) | where impact_speed_m_s is
 bond | 1 | float | ρ_w g D²/σ | no water
 ± | not known
-reynolds | 1 | float | ρ_w U₀ D/μ | no water, or impact_speed_m_s empty
-±
-stiffness_ratio | 1 | float | G∞/(ρ_w U₀²) | rigid sphere, no water, or impact_speed_m_s empty
-±
-period_s | s | float | free period, first to second peak | rigid sphere, free flight
-±
+reynolds | 1 | float ± | ρ_w U₀ D/μ | no water, or impact_speed_m_s empty
+stiffness_ratio | 1 | float ± | G∞/(ρ_w U₀²) | rigid sphere, no water, or impact_speed_m_s empty
+period_s | s | float ± | free period, first to second peak | rigid sphere, free flight
 time_ratio | 1 | float | T_exp/T_model | rigid sphere, free flight, or no model
-stretch_peak_1 | 1 | float | λ_p1 | rigid sphere, free flight, or fewer periods
-stretch_peak_2 | 1 | float | λ_p2 | rigid sphere, free flight, or fewer periods
-stretch_peak_3 | 1 | float | λ_p3 | rigid sphere, free flight, or fewer periods
-stretch_peak_4 | 1 | float | λ_p4 | rigid sphere, free flight, or fewer periods
-stretch_peak_5 | 1 | float | λ_p5 | rigid sphere, free flight, or fewer periods
-t_p_s | s | float | time of pinch-off after impact | no side view, no water
-±
+stretch_peak_1 | 1 | float ± | λ_p1 | rigid sphere, free flight, or fewer periods
+stretch_peak_2 | 1 | float ± | λ_p2 | rigid sphere, free flight, or fewer periods
+stretch_peak_3 | 1 | float ± | λ_p3 | rigid sphere, free flight, or fewer periods
+stretch_peak_4 | 1 | float ± | λ_p4 | rigid sphere, free flight, or fewer periods
+stretch_peak_5 | 1 | float ± | λ_p5 | rigid sphere, free flight, or fewer periods
+t_p_s | s | float ± | time of pinch-off after impact | no side view, no water
 y_p_m | m | float | height of pinch-off | where t_p_s is
+± | set by hand
 pinch_off_cavity | 1 | int | N of the cavity that pinches off | rigid sphere, seal not deep_seal, or t_p_s empty
 pinch_off_cavity_source | – | text | measured, or counted beyond the last period seen | where pinch_off_cavity is
 seal_type | – | text | deep_seal, surface_seal or sphere_seal | where t_p_s is
-diameter_eff_m | m | float | D_eff = λ_pN D | sphere_seal, surface_seal, or t_p_s empty
-±
-froude_eff | 1 | float | U₀/√(g D_eff) | where diameter_eff_m is
-tp_u0_over_d | 1 | float | t_p U₀/D | where t_p_s is
-tp_u0_over_deff | 1 | float | t_p U₀/D_eff | where diameter_eff_m is
-speed_after_period_m_s | m/s | float | U₁, positive downwards | rigid sphere, no side view, no water
-delta_u_over_u0 | 1 | float | (U₀ − U₁)/U₀ | where speed_after_period_m_s is
-±
+diameter_eff_m | m | float ± | D_eff = λ_pN D | sphere_seal, surface_seal, or t_p_s empty
+froude_eff | 1 | float ± | U₀/√(g D_eff) | where diameter_eff_m is
+tp_u0_over_d | 1 | float ± | t_p U₀/D | where t_p_s is
+tp_u0_over_deff | 1 | float ± | t_p U₀/D_eff | where diameter_eff_m is
+speed_after_period_m_s | m/s | float ± | U₁, positive downwards | rigid sphere, no side view, no water
+delta_u_over_u0 | 1 | float ± | (U₀ − U₁)/U₀ | where speed_after_period_m_s is
 velocity_source | – | text | kinematics or kinematics_model | no side view, no water
 frames_measured | 1 | int | frames with status ok
 frames_total | 1 | int | frames in the clip
@@ -236,14 +197,12 @@ status | – | text | ok, or why something in this row is not measured
 relation | – | text | which regression
 x | – | text | abscissa
 y | – | text | ordinate
-slope | 1 | float | slope; of a power law its prefactor
-±
+slope | 1 | float ± | slope; of a power law its prefactor
 slope_low | 1 | float | lower end of the 95 % interval, the wider of two bootstraps: over drops, over spheres
 slope_high | 1 | float | upper end of it
 intercept | 1 | float | intercept | through the origin, or a power law
 ± | through the origin, or a power law
-exponent | 1 | float | exponent of a power law | all but a power law
-±
+exponent | 1 | float ± | exponent of a power law | all but a power law
 r_squared | 1 | float | share of the variance explained
 residual_scatter | 1 | float | standard deviation of the residuals
 n | 1 | int | number of drops
@@ -265,10 +224,8 @@ tau0_pa | Pa | float | τ₀ | from compression
 ± | not fitted
 m | 1 | float | m | from compression
 ± | not fitted
-n | 1 | float | n | from compression
-±
-eps0_dot_1_s | 1/s | float | ε̇₀ | from compression
-±
+n | 1 | float ± | n | from compression
+eps0_dot_1_s | 1/s | float ± | ε̇₀ | from compression
 correlation | 1 | float | correlation of ln ε̇₀ and n | all but impact
 source | – | text | impact, compression or table
 status | – | text | ok, or why something in this row is not measured

@@ -6,6 +6,9 @@ that is raised is a programmer's mistake and keeps its traceback.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 
 class WentryError(Exception):
     """A mistake the user can mend; ``str(error)`` is the sentence to show."""
@@ -23,6 +26,28 @@ class InputError(WentryError):
     """A file is missing, unreadable, truncated or disagrees with another."""
 
     exit_code = 4
+
+
+class Gathered:
+    """Mistakes that do not hide one another, told together."""
+
+    def __init__(self) -> None:
+        """Start with none."""
+        self.errors: list[WentryError] = []
+
+    @contextmanager
+    def part(self) -> Iterator[None]:
+        """Keep the ``WentryError`` of the block, and go on behind it."""
+        try:
+            yield
+        except WentryError as error:
+            self.errors.append(error)
+
+    def complain(self) -> None:
+        """Raise what was kept as one error: the class of the first, a line for each."""
+        if self.errors:
+            lines = dict.fromkeys(line for error in self.errors for line in str(error).splitlines())
+            raise type(self.errors[0])("\n".join(lines)) from self.errors[0]
 
 
 class FrameUnreadableError(InputError):

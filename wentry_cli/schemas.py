@@ -73,7 +73,13 @@ def _table(section: str) -> Table:
     columns: list[Column] = []
     for line in lines:
         parts = [part.strip() for part in line.split("|")]
-        columns.append(_uncertainty(columns[-1], *parts[1:]) if parts[0] == "±" else Column(*parts))
+        if parts[0] == "±":
+            columns.append(_uncertainty(columns[-1], *parts[1:]))
+            continue
+        kind = parts[2].removesuffix(" ±")
+        columns.append(Column(parts[0], parts[1], kind, *parts[3:]))
+        if kind != parts[2]:
+            columns.append(_uncertainty(columns[-1]))
     return Table(name, stage, row, tuple(columns))
 
 

@@ -16,7 +16,7 @@ from wentry_cli.tables import read_table
 pytestmark = pytest.mark.slow
 
 DEMO = Path(__file__).resolve().parents[2] / "configs" / "demo.yaml"
-SPOILT = "g6p70_d51_h227_spoilt"
+SPOILT = "g6p70_d51_h053_spoilt"
 
 
 @pytest.fixture(scope="module")

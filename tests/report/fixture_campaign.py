@@ -267,6 +267,7 @@ def _summary(made: Made) -> dict[str, object]:
         "status": "ok",
     }
     if made.kind == "free_flight":
+        common |= {"velocity_m_s": -1.62, "velocity_m_s_unc": 0.013}
         return common | {"acceleration_m_s2": -9.8, "acceleration_m_s2_unc": 2.0}
     if not made.rigid:
         common |= {

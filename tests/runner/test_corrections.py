@@ -85,6 +85,21 @@ def test_an_event_that_nothing_reads_is_refused(drop: Drop, change: tuple[str, s
         _corrected(drop, "events:\n- {event: pinch_off, t_s: 0.1}\n")
 
 
+def test_a_height_by_hand_has_no_effect_on_a_free_flight(drop: Drop) -> None:
+    (drop.folder / "experiment.yaml").write_text(EXPERIMENT.replace("water_entry", "free_flight"))
+    assert _corrected(drop, "frames:\n- {view: side, frames: [5, 6], exclude: true}\n").corrections.frames
+    with pytest.raises(ConfigurationError, match=r":2:3: error: frames\.0: has no effect on a free flight"):
+        _corrected(drop, "frames:\n- {view: side, frames: [5, 6], y_b_m: 0.01}\n")
+
+
+def test_a_misspelt_key_of_a_correction_is_told_the_right_one(drop: Drop) -> None:
+    with pytest.raises(ConfigurationError, match=r"frames\.1\.exlude: unknown key; did you mean exclude\?"):
+        _corrected(
+            drop,
+            "frames:\n- {view: side, frames: [5, 6], exclude: true}\n- {view: side, frames: [8, 9], exlude: true}\n",
+        )
+
+
 @pytest.mark.parametrize(
     ("text", "expected"),
     [

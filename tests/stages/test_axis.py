@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from wentry_cli.config.campaign import read_drop
-from wentry_cli.imaging.free_surface import SurfaceRow
 from wentry_cli.stages.track.axis import OpticalAxis, assumed_axis, checked_axis
 from wentry_cli.stages.track.scales import Scales, height_unc
 
@@ -47,9 +46,8 @@ def test_a_jump_at_the_waterline_is_told_and_widens_the_heights(tmp_path, caplog
     assert checked.y_px == AXIS.y_px
     assert 0.7 * abs(off) < checked.unc_px < 1.3 * abs(off)
     assert "views.side.optical_axis_y_px" in caplog.text
-    surface = SurfaceRow(200.0, 0.0, 3.0, 0.5, "ok")
     rows = np.array([150.0, 600.0])
-    unc = height_unc((rows, np.zeros(2)), SCALES, surface, (checked.y_px, checked.unc_px))
+    unc = height_unc((rows, np.zeros(2)), SCALES, (200.0, 0.0), (checked.y_px, checked.unc_px))
     shift = abs(off) * (1.0 / UPPER - 1.0 / LOWER)
     assert unc[0] < 0.02 * shift
     assert unc[1] == pytest.approx(shift, rel=0.3)
@@ -69,6 +67,5 @@ def test_a_given_axis_is_trusted_more(tmp_path):
 
 
 def test_without_a_wall_the_axis_does_not_matter():
-    surface = SurfaceRow(200.0, 0.0, 3.0, 0.5, "ok")
     same = Scales(4400.0, 0.0, 4400.0, 0.0, "")
-    assert height_unc((np.array([600.0]), np.zeros(1)), same, surface, (512.0, 50.0))[0] == 0.0
+    assert height_unc((np.array([600.0]), np.zeros(1)), same, (200.0, 0.0), (512.0, 50.0))[0] == 0.0

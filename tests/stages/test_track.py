@@ -9,6 +9,7 @@ import pytest
 
 from tests.stages.rendered import SIDE, change, errors_px, measure, render, truth
 from wentry_cli.errors import InputError, TooFewMeasurementsError
+from wentry_cli.stages import kinematics
 from wentry_cli.stages.track.side import _without_impossible
 from wentry_cli.tables import has_table, read_table
 
@@ -181,6 +182,34 @@ def test_a_free_flight_counts_from_its_first_frame(tmp_path: Path) -> None:
     assert np.isnan(view.impact_time_s)
     assert np.isnan(view.scale_water_px_per_m)
     assert view.scale_source == "diameter"
+
+
+def test_a_free_flight_may_be_filmed_as_the_top_view(tmp_path: Path) -> None:
+    """The same recording under either name gives the same motion."""
+    folder = render(tmp_path / "drop", kind="free_flight", clip={"before_s": 0.0, "longest_s": 0.02})
+    measure(folder, tmp_path / "side")
+    path = folder / "experiment.yaml"
+    path.write_text(path.read_text().replace("side:", "top:"))
+    drop, error = measure(folder, tmp_path / "top")
+    assert error is None
+    above = read_table(tmp_path / "top", "top")
+    assert (above.status == "ok").all()
+    assert above.t_s.iloc[0] == 0.0
+    assert np.abs(above.stretch - 1.0).max() < 5e-3
+    kinematics.run(tmp_path / "top", drop)
+    motion = read_table(tmp_path / "top", "kinematics")
+    assert motion.a_c_m_s2.iloc[0] == pytest.approx(-9.81, abs=3 * motion.a_c_m_s2_unc.iloc[0])
+
+
+def test_light_that_the_sensor_clips_is_told(
+    recordings: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    source = recordings / "photron" / "ball_12bit.cihx"
+    (tmp_path / "experiment.yaml").write_text(
+        f"kind: free_flight\nsphere: {{diameter_m: 0.0025}}\nviews: {{side: {{source: {source}}}}}\n"
+    )
+    measure(tmp_path, tmp_path / "out")
+    assert "film with less light" in caplog.text
 
 
 def test_the_top_view_alone_tells_the_impact(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import click
@@ -14,7 +15,11 @@ from wentry_cli.cli import options as opt
 @click.argument("truth", type=opt.FOLDER)
 @opt.options(opt.only, opt.as_json)
 def command(results: Path, truth: Path, only: tuple[str, ...], as_json: bool) -> None:
-    """Errors of RESULTS against TRUTH: a rendered campaign, or a CSV with `frame` and hand-tracked columns."""
+    """Errors of RESULTS against TRUTH: a rendered campaign, or a CSV with `frame` and hand-tracked columns.
+
+    n: values measured of those that can be; pull: rms of the errors over the stated uncertainties, 1 where these are
+    honest; >3u: share of errors beyond three of them; – where no uncertainty is stated.
+    """
     from wentry_cli.cli.console import show_json
     from wentry_cli.comparison.campaign import compare
 
@@ -23,11 +28,19 @@ def command(results: Path, truth: Path, only: tuple[str, ...], as_json: bool) ->
         show_json(lines)
         return
     click.echo(
-        f"{'drop':20} {'table':16} {'quantity':18} {'n':>9} {'bias':>11} {'rmse':>11} {'pull':>6} {'>3u':>6}  unit"
+        f"{'drop':20} {'table':16} {'quantity':22} {'n':>9} {'bias':>11} {'rmse':>11} {'pull':>6} {'>3u':>6}  unit"
     )
     for line in lines:
         share = f"{line['measured']}/{line['measurable']}"
-        click.echo(
-            f"{line['drop']:20} {line['table']:16} {line['quantity']:18} {share:>9} {line['bias']:11.3g} "
-            f"{line['rmse']:11.3g} {line['pull']:6.2f} {line['beyond_3']:6.1%}  {line['unit']} {line['note']}"
-        )
+        numbers = [
+            f"{_or_dash(line['bias'], '.3g'):>11}",
+            f"{_or_dash(line['rmse'], '.3g'):>11}",
+            f"{_or_dash(line['pull'], '.2f'):>6}",
+            f"{_or_dash(line['beyond_3'], '.1%'):>6}",
+        ]
+        named = f"{line['drop']:20} {line['table']:16} {line['quantity']:22} {share:>9}"
+        click.echo(f"{named} {' '.join(numbers)}  {line['unit']} {line['note']}".rstrip())
+
+
+def _or_dash(value: float, form: str) -> str:
+    return format(value, form) if math.isfinite(value) else "–"

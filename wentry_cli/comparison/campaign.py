@@ -71,6 +71,8 @@ def compare(results: Path, truth: Path, only: Sequence[str] = ()) -> list[Compar
         known = ", ".join(folder.name for folder in drops)
         raise InputError(f"{results}: has no drop {unknown[0]}; its drops are {known or 'none'}")
     drops = [folder for folder in drops if not only or folder.name in only]
+    if not truth.exists():
+        raise InputError(f"{truth}: no such file or folder; give the folder that `wentry render` wrote, or a CSV")
     if truth.is_file():
         if len(drops) != 1:
             raise InputError(

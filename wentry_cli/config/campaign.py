@@ -15,7 +15,7 @@ from wentry_cli.config.models import Experiment, View
 from wentry_cli.config.places import Document, read_document
 from wentry_cli.config.plausible import refuse_implausible
 from wentry_cli.config.values import is_one_line
-from wentry_cli.errors import ConfigurationError, InputError
+from wentry_cli.errors import ConfigurationError, Gathered, InputError
 
 EXPERIMENT = "experiment.yaml"
 
@@ -139,15 +139,24 @@ def read_drop(name: str, folder: Path, overrides: Document | None = None, top: P
     if overrides is not None:
         document = overrides.over(document)
     experiment = validate(Experiment, document)
-    refuse_implausible(experiment, folder, document)
+    problems = Gathered()
+    with problems.part():
+        refuse_implausible(experiment, folder, document)
     beside = (shared.path.parent if shared.path else folder) / "materials.yaml"
     materials = beside if beside.is_file() else packaged_config("materials.yaml")
+    material, corrections = None, Corrections()
+    with problems.part():
+        material = _material(experiment, materials, document)
+    with problems.part():
+        corrections = read_corrections(folder, experiment)
+    problems.complain()
+    return Drop(name, folder, experiment, material, materials, corrections, top or folder, shared)
+
+
+def _material(experiment: Experiment, materials: Path, document: Document) -> Material | None:
     try:
-        material = find_material(experiment.sphere.material, materials)
+        return find_material(experiment.sphere.material, materials)
     except ConfigurationError as error:
         if "sphere.material" not in str(error):
             raise
         raise ConfigurationError(f"{document.place(('sphere', 'material'))}: error: {error}") from error
-    return Drop(
-        name, folder, experiment, material, materials, read_corrections(folder, experiment), top or folder, shared
-    )

@@ -127,6 +127,8 @@ def _of_frames(given: Corrections, experiment: Experiment, document: Document) -
     for number, entry in enumerate(given.frames):
         if entry.view not in experiment.sides:
             yield ("frames", number, "view"), f"the {entry.view} view was not filmed; remove the entry"
+        if experiment.kind == "free_flight" and not entry.exclude:
+            yield ("frames", number), "has no effect on a free flight, whose motion is that of the centre; use exclude"
         for earlier, other in enumerate(given.frames[:number]):
             if entry.overrules(other):
                 line = document.places["frames", earlier].line

@@ -117,7 +117,7 @@ def _did_you_mean(path: KeyPath, model: type[BaseModel]) -> str:
 
 
 def _known_keys(path: KeyPath, model: type[BaseModel]) -> set[str]:
-    for part in path:
+    for part in (item for item in path if isinstance(item, str)):
         field = model.model_fields.get(str(part))
         below = _models_in(field.annotation) if field else []
         if not below:

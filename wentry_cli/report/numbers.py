@@ -17,7 +17,9 @@ def with_uncertainty(value: float, uncertainty: float = math.nan, digits: int = 
     if not (math.isfinite(uncertainty) and uncertainty > 0):
         return _short(value, digits)
     places = 1 - math.floor(math.log10(float(f"{uncertainty:.1e}")))
-    if not -3 <= places <= 9 or uncertainty > abs(value) > 0:
+    if value != 0.0:  # one digit of a value is shown however little is known of it
+        places = max(places, min(-math.floor(math.log10(abs(value))), places + 2))
+    if not -3 <= places <= 9:
         return f"{value:.{digits}g} ± {_short(float(f'{uncertainty:.1e}'), 2)}"
     if places < 0:
         return f"{round(value, places):.0f} ± {round(uncertainty, places):.0f}"

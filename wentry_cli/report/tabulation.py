@@ -9,7 +9,6 @@ import pandas as pd
 
 from wentry_cli.provenance import digest_of
 from wentry_cli.report.campaign import Campaign, DropResults, as_number, as_text
-from wentry_cli.report.flight_motion import flight_velocity
 from wentry_cli.report.numbers import DASH, or_reason, with_uncertainty
 
 
@@ -38,13 +37,6 @@ def _frames(drop: DropResults) -> str:
     return " / ".join(with_uncertainty(count) for count in counts)
 
 
-def _flight_speed(drop: DropResults) -> str:
-    if drop.kind != "free_flight":
-        return DASH
-    found = flight_velocity(drop)
-    return or_reason(with_uncertainty(found.value, found.unc), drop.text("status"))
-
-
 Columns = dict[str, Callable[[DropResults], str]]
 
 DROP_COLUMNS: Columns = {
@@ -57,7 +49,7 @@ DROP_COLUMNS: Columns = {
     "G∞/ρ_wU₀²": _cell("stiffness_ratio", digits=3),
     "T (ms)": _cell("period_s", 1e3),
     "λ_p1": _cell("stretch_peak_1"),
-    "v (m/s)": _flight_speed,
+    "v (m/s)": _cell("velocity_m_s"),
     "a (m/s²)": _cell("acceleration_m_s2"),
     "frames": _frames,
     "status": lambda drop: drop.text("status") or "no summary",
@@ -85,7 +77,7 @@ SOFT_ONLY = {"g_inf_pa", "stiffness_ratio", "period_s", "stretch_peak_1", "pinch
 
 def _reason(drop: DropResults, column: str) -> str:
     """Why a number is missing: the word of its event or period, else of the drop; nothing where none is expected."""
-    if column == "acceleration_m_s2" and drop.kind != "free_flight":
+    if column in {"acceleration_m_s2", "velocity_m_s"} and drop.kind != "free_flight":
         return ""
     if (column in WATER_ONLY and drop.kind != "water_entry") or (column in SOFT_ONLY and drop.rigid):
         return ""

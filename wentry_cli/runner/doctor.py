@@ -48,6 +48,7 @@ def _codecs(problems: list[str]) -> dict[str, str]:
         problems.append(f"OpenCV cannot be imported ({error}): pip install --force-reinstall opencv-python-headless")
         return {}
     backends = [cv2.videoio_registry.getBackendName(backend) for backend in cv2.videoio_registry.getBackends()]
+    backends = list(dict.fromkeys(backends))
     if "FFMPEG" not in backends:
         problems.append("OpenCV was built without FFmpeg: AVI and MP4 cannot be read; raw formats and images can")
     return {"video backends": ", ".join(backends)}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from wentry_cli.config.campaign import Drop
-from wentry_cli.errors import InputError, WentryError
+from wentry_cli.errors import Gathered, InputError, WentryError
 from wentry_cli.runner.drop import Failure
 from wentry_cli.runner.in_clip import check_times
 
@@ -23,7 +23,13 @@ def inspect_sources(drops: list[Drop]) -> tuple[dict[str, dict[str, str]], list[
 def _sentences(drop: Drop) -> dict[str, str]:
     from wentry_cli.stages.inputs.agreement import check_clocks
 
-    seen = {view: _look(drop, view) for view in drop.experiment.sides}
+    problems, seen = Gathered(), {}
+    for view in drop.experiment.sides:
+        with problems.part():
+            _check_background(drop, view)
+        with problems.part():
+            seen[view] = _look(drop, view)
+    problems.complain()
     times = {view: time_s for view, (_, time_s) in seen.items()}
     check_clocks(drop, {view: (time_s[0], time_s[-1]) for view, time_s in times.items()})
     check_times(drop, times)
@@ -35,7 +41,6 @@ def _look(drop: Drop, view: str) -> tuple[str, list[float]]:
     from wentry_cli.stages.ingest import frame_rate, frame_times, open_view
     from wentry_cli.stages.inputs.agreement import check_view
 
-    _check_background(drop, view)
     opened = open_view(drop, view)
     try:
         info = opened.info

@@ -60,7 +60,8 @@ def _free_flight(folder: Path, drop: Drop) -> dict[str, Any] | None:
     own = y_unc * fit.noise_scale
     bottom, bottom_unc = _flight_bottom(view, y - drop.experiment.sphere.radius_m, own)
     columns: dict[str, Any] = {"frame": view["frame"].to_numpy(), "t_s": times, "x_c_m": x}
-    columns |= {"y_b_m": bottom, "y_b_m_unc": bottom_unc, "y_c_m": y, "y_c_m_unc": own}
+    columns |= {"y_b_m": bottom, "y_b_m_unc": np.where(np.isfinite(bottom), bottom_unc, np.nan)}
+    columns |= {"y_c_m": y, "y_c_m_unc": np.where(seen, own, np.nan)}
     for i, names in ((1, ("v_b_m_s", "v_c_m_s")), (2, ("a_c_m_s2",))):
         for name in names:
             columns[name] = np.where(seen, states[:, i], np.nan)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -163,12 +164,13 @@ def _events(view: SideView, seal: Seal, dome: Dome) -> list[dict[str, Any]]:
         time = view.after_impact(start.t_s, start.t_unc_s)
         rows.append(_event("second_cavity", index + 1, time, start.y_m) | _told(str(index + 2), start.status))
     time = view.after_impact(seal.t_s, seal.t_unc_s)
-    rows.append(_event("pinch_off", 1, time, view.height(seal.y_px)) | _told(seal.value, seal.status))
+    height = view.height(seal.y_px), view.height_unc(seal.y_px, seal.y_unc_px)
+    rows.append(_event("pinch_off", 1, time, *height) | _told(seal.value, seal.status))
     return rows
 
 
-def _event(name: str, index: int, time: tuple[float, float], y_m: float) -> dict[str, Any]:
-    return {"event": name, "index": index, "t_s": time[0], "t_s_unc": time[1], "y_m": y_m}
+def _event(name: str, index: int, time: tuple[float, float], y_m: float, unc_m: float = math.nan) -> dict[str, Any]:
+    return {"event": name, "index": index, "t_s": time[0], "t_s_unc": time[1], "y_m": y_m, "y_m_unc": unc_m}
 
 
 def _told(value: str, status: str) -> dict[str, str]:

@@ -14,6 +14,7 @@ from wentry_cli.cavity.follow import sphere_outlines
 from wentry_cli.cavity.nested import CavityStart, find_cavity_starts
 from wentry_cli.cavity.profile import CavityProfile, SphereOutline
 from wentry_cli.stages.inputs.clip import open_clip
+from wentry_cli.stages.track.scales import Scales, height_unc
 from wentry_cli.tables import read_table
 from wentry_cli.tracking.scale import PixelMap, pixel_to_metre
 
@@ -35,8 +36,14 @@ class SideView:
     surface_unc_px: float
     radius_px: float
     exposure_s: float
-    scale_unc: float
+    scales: Scales
+    axis_unc_px: float
     impact_unc_s: float
+
+    @property
+    def scale_unc(self) -> float:
+        """Relative uncertainty of the scale of what is seen through the water."""
+        return self.scales.water_unc / self.scales.water
 
     def metres(self, x_px: Floats | float, y_px: Floats | float) -> tuple[Floats, Floats]:
         """The one map from pixels to metres."""
@@ -45,6 +52,12 @@ class SideView:
     def height(self, y_px: float) -> float:
         """Height of a row of the picture above the surface, m."""
         return float(self.metres(0.0, y_px)[1])
+
+    def height_unc(self, y_px: float, y_unc_px: float) -> float:
+        """Standard uncertainty of ``height``, m, of a row known to ``y_unc_px``."""
+        rows = np.array([y_px]), np.array([y_unc_px])
+        axis = self.pixels.axis_y_px, self.axis_unc_px
+        return float(height_unc(rows, self.scales, (self.pixels.surface_y_px, self.surface_unc_px), axis)[0])
 
     def apex(self, profile: CavityProfile) -> float:
         """Depth of the cavity's apex below the surface, px."""
@@ -62,7 +75,9 @@ def read_side_view(folder: Path, drop: Drop) -> SideView:
     row = geometry[geometry["view"] == "side"].iloc[0]
     column = {name: side[name].to_numpy(float) for name in side.columns if name not in {"status", "y_b_source"}}
     air, water = float(row["scale_px_per_m"]), float(row["scale_water_px_per_m"])
-    water_unc = float(row["scale_water_px_per_m_unc"])
+    scales = Scales(
+        air, float(row["scale_px_per_m_unc"]), water, float(row["scale_water_px_per_m_unc"]), str(row["scale_source"])
+    )
     clip = open_clip(folder, drop, "side")
     axis_x = clip.opened.middle_px[0]
     clip.close()
@@ -81,6 +96,7 @@ def read_side_view(folder: Path, drop: Drop) -> SideView:
         surface_unc_px=float(np.nan_to_num(row["surface_y_px_unc"])),
         radius_px=radius,
         exposure_s=float(np.nan_to_num(row["exposure_s"])),
-        scale_unc=water_unc / water,
+        scales=scales,
+        axis_unc_px=float(np.nan_to_num(row["optical_axis_y_px_unc"])),
         impact_unc_s=float(row["impact_time_s_unc"]),
     )

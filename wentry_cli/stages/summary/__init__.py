@@ -36,7 +36,7 @@ def run(folder: Path, drop: Drop) -> None:
     if experiment.deformable:
         row |= _oscillation(folder)
     if experiment.kind == "water_entry":
-        row |= pinch_off_columns(folder, drop, pinch_off, speeds.impact)
+        row |= pinch_off_columns(folder, drop, pinch_off, (speeds.impact, speeds.impact_unc))
         if has_table(folder, "kinematics"):
             write_table(folder, "forces", forces_table(folder, drop, speeds, number(pinch_off, "t_s")))
     _cross_check(drop.name, speeds.impact, row["speed_from_height_m_s"])
@@ -98,6 +98,7 @@ def _speed_columns(speeds: Speeds) -> Row:
         "impact_speed_m_s": speeds.impact,
         "impact_speed_m_s_unc": speeds.impact_unc,
         "speed_after_period_m_s": speeds.after,
+        "speed_after_period_m_s_unc": speeds.after_unc,
         "delta_u_over_u0": speeds.loss,
         "delta_u_over_u0_unc": speeds.loss_unc,
         "velocity_source": speeds.source or None,
@@ -105,15 +106,15 @@ def _speed_columns(speeds: Speeds) -> Row:
 
 
 def _flight(folder: Path, drop: Drop) -> Row:
-    """The constant acceleration of a free flight; the scale's uncertainty is in its own."""
+    """Velocity and constant acceleration of a free flight; the scale's uncertainty is in theirs."""
     if not has_table(folder, "kinematics"):
         return {}
     table = read_table(folder, "kinematics")
     known = table[table["a_c_m_s2"].notna()]
     if known.empty:
         return {}
-    first = {str(k): v for k, v in known.iloc[0].items()}
-    value, random = number(first, "a_c_m_s2"), number(first, "a_c_m_s2_unc")
+    middle = {str(k): v for k, v in known.iloc[len(known) // 2].items()}
+    value, random = number(middle, "a_c_m_s2"), number(middle, "a_c_m_s2_unc")
     geometry = first_row(folder, "geometry", view=drop.experiment.sides[0])
     scale = number(geometry, "scale_px_per_m_unc", 0.0) / number(geometry, "scale_px_per_m", math.inf)
     unc, gravity = math.hypot(random, value * scale), drop.experiment.gravity_m_s2
@@ -123,7 +124,13 @@ def _flight(folder: Path, drop: Drop) -> Row:
             "kind, fps and sphere.diameter_m",
             drop.name, -gravity, value, unc,
         )  # fmt: skip
-    return {"acceleration_m_s2": value, "acceleration_m_s2_unc": unc}
+    velocity = number(middle, "v_c_m_s")
+    return {
+        "velocity_m_s": velocity,
+        "velocity_m_s_unc": math.hypot(number(middle, "v_c_m_s_unc"), velocity * scale),
+        "acceleration_m_s2": value,
+        "acceleration_m_s2_unc": unc,
+    }
 
 
 def _oscillation(folder: Path) -> Row:
@@ -134,15 +141,13 @@ def _oscillation(folder: Path) -> Row:
         "period_s_unc": number(first, "peak_to_peak_s_unc"),
         "time_ratio": number(first_row(folder, "model_fit"), "time_ratio"),
     }
-    for n, peak in enumerate(_peaks(folder)[:PEAKS], start=1):
-        row[f"stretch_peak_{n}"] = peak
-    return row
-
-
-def _peaks(folder: Path) -> list[float]:
     if not has_table(folder, "periods"):
-        return []
-    return [float(v) for v in column(read_table(folder, "periods"), "stretch_peak")]
+        return row
+    periods = read_table(folder, "periods")
+    peaks = zip(column(periods, "stretch_peak"), column(periods, "stretch_peak_unc"), strict=True)
+    for n, (peak, unc) in enumerate(list(peaks)[:PEAKS], start=1):
+        row[f"stretch_peak_{n}"], row[f"stretch_peak_{n}_unc"] = float(peak), float(unc)
+    return row
 
 
 def _status(folder: Path, drop: Drop, row: Row, pinch_off: Row) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections import Counter
 from collections.abc import Sequence
@@ -11,12 +12,16 @@ from typing import TYPE_CHECKING, Any
 from wentry_cli.errors import TooFewMeasurementsError
 from wentry_cli.stages.ingest import frame_rate
 from wentry_cli.stages.inputs.clip import Clip, flat_field, open_clip
+from wentry_cli.stages.track.scales import CLIPPED_EDGE
 from wentry_cli.stages.track.side import SideResult, measure_side
 from wentry_cli.stages.track.top import TopResult, measure_top
 from wentry_cli.tables import new_table, write_table
 
 if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
+    from wentry_cli.imaging.background import Background
+
+logger = logging.getLogger(__name__)
 
 
 def run(folder: Path, drop: Drop) -> None:
@@ -32,6 +37,7 @@ def run(folder: Path, drop: Drop) -> None:
         clip = open_clip(folder, drop, "side")
         try:
             ground, sampled = flat_field(drop, "side", clip)
+            _warn_of_clipped_light(drop, "side", ground)
             side = measure_side(drop, clip, ground, sampled)
             rows.append(_side_row(drop, clip, side) | {"ground_noise": ground.noise})
         finally:
@@ -40,6 +46,7 @@ def run(folder: Path, drop: Drop) -> None:
         clip = open_clip(folder, drop, "top")
         try:
             ground, sampled = flat_field(drop, "top", clip)
+            _warn_of_clipped_light(drop, "top", ground)
             top = measure_top(drop, clip, ground, sampled, side)
             rows.append(_top_row(drop, clip, top) | {"ground_noise": ground.noise})
         finally:
@@ -49,6 +56,14 @@ def run(folder: Path, drop: Drop) -> None:
         if result is not None:
             write_table(folder, name, new_table(name, result.columns))
     _complain(drop, [item for item in (side, top) if item is not None])
+
+
+def _warn_of_clipped_light(drop: Drop, name: str, ground: Background) -> None:
+    if math.isfinite(ground.ceiling):
+        logger.warning(
+            f"{drop.name}: the light of the {name} view is brighter than its sensor records: edges are taken at half "
+            f"of what was recorded, which leaves {CLIPPED_EDGE:.2%} of the diameter unknown; film with less light"
+        )
 
 
 def _row(drop: Drop, name: str, clip: Clip) -> dict[str, Any]:
@@ -63,7 +78,8 @@ def _row(drop: Drop, name: str, clip: Clip) -> dict[str, Any]:
 
 
 def _side_row(drop: Drop, clip: Clip, side: SideResult) -> dict[str, Any]:
-    found, wet = side.surface.status == "ok", drop.experiment.kind == "water_entry"
+    wet = drop.experiment.kind == "water_entry"
+    found = side.surface.status == "ok" and drop.experiment.kind != "free_flight"
     return _row(drop, "side", clip) | {
         "scale_px_per_m": side.scales.air,
         "scale_px_per_m_unc": side.scales.air_unc,
@@ -105,10 +121,11 @@ def _complain(drop: Drop, results: Sequence[SideResult | TopResult]) -> None:
     good = [sum(word == "ok" for word in item.columns["status"]) for item in results]
     if max(good) < least:
         words = Counter(word for item in results for word in item.columns["status"] if word != "ok")
-        worst = ", ".join(f"{count} {word}" for word, count in words.most_common(3))
+        worst = ", ".join(f"{count} {word}" for word, count in words.most_common(3)) or "the clip has no more"
         reason = next((item.problem for item in results if item.problem), "see the status column")
         raise TooFewMeasurementsError(
-            f"{drop.name}: only {max(good)} frames could be measured, {least} are needed ({worst}); {reason}"
+            f"{drop.name}: only {max(good)} frames could be measured, analysis.min_frames asks for {least} ({worst}); "
+            f"{reason}"
         )
     if results[0].problem:
         raise TooFewMeasurementsError(f"{drop.name}: {results[0].problem}")

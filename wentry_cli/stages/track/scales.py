@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.imaging.background import Background
-from wentry_cli.imaging.free_surface import SurfaceRow
 from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius, scale_from_radius
 
 if TYPE_CHECKING:
@@ -74,24 +73,24 @@ def find_scales(drop: Drop, air: PooledRadius, water: PooledRadius, ground: Back
 def height_unc(
     bottom: tuple[NDArray[np.float64], NDArray[np.float64]],
     scales: Scales,
-    surface: SurfaceRow,
+    surface: tuple[float, float],
     axis: tuple[float, float],
 ) -> NDArray[np.float64]:
     """Uncertainty of a height in m: row, surface, scales and optical axis (see ``pixel_to_metre``).
 
-    ``axis`` is its row and the uncertainty of that. The row of the surface is seen in air and moves all heights alike,
-    in both media; a wrong axis those below the surface.
+    ``bottom``, ``surface`` and ``axis`` are rows and their uncertainties, px. The row of the surface is seen in air and
+    moves all heights alike, in both media; a wrong axis those below the surface.
     A scale that both media share stretches the distance from the surface; two scales stretch those from the axis.
     """
     row = bottom[0]
-    wet = row > surface.y_px
+    wet = row > surface[0]
     scale = np.where(wet, scales.water, scales.air)
     by_air, by_water = scales.air_unc / scales.air**2, scales.water_unc / scales.water**2
-    by_scale = (row - surface.y_px) * by_air
+    by_scale = (row - surface[0]) * by_air
     if (scales.air, scales.air_unc) != (scales.water, scales.water_unc):
-        through_wall = np.hypot((surface.y_px - axis[0]) * by_air, (row - axis[0]) * by_water)
+        through_wall = np.hypot((surface[0] - axis[0]) * by_air, (row - axis[0]) * by_water)
         by_scale = np.where(wet, through_wall, by_scale)
-    by_surface = surface.unc_px / scales.air
+    by_surface = surface[1] / scales.air
     by_axis = np.where(wet, axis[1] * axis_effect(scales.air, scales.water), 0.0)
     return np.asarray(np.sqrt((bottom[1] / scale) ** 2 + by_surface**2 + by_scale**2 + by_axis**2))
 

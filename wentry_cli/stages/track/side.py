@@ -135,7 +135,7 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     if checked != axis:
         columns = _in_metres(drop, clip, track.sightings, (scales, surface, checked), track.check)
     _state_radius(columns, track.radius_air, track.radius_water)
-    problem = "" if impact.status == "ok" else _why_no_impact(impact)
+    problem = "" if impact.status == "ok" else _why_no_impact(impact, "surface")
     columns = _dated(columns, t_s)
     offset = track.check.stretch_offset
     return SideResult(columns, scales, surface, track.radius_air, impact, problem, offset, checked)
@@ -148,9 +148,12 @@ def _centre_m(columns: dict[str, Any], drop: Drop) -> NDArray[np.float64]:
     return np.where(ok, columns["y_b_m"] + drop.experiment.sphere.radius_m / stretch**2, np.nan)
 
 
-def _why_no_impact(impact: Impact) -> str:
+def _why_no_impact(impact: Impact, target: str) -> str:
     if impact.status == "no_object":
-        return "the sphere never reaches the surface: check views.side.surface_y_px, or take a longer clip"
+        return (
+            f"the sphere never reaches the {target}: check views.side.surface_y_px, take a longer clip, or say kind: "
+            "free_flight where there is none"
+        )
     return "the moment of impact is not known: the clip shows too few frames before it"
 
 
@@ -169,7 +172,7 @@ def _measure_plate(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     columns = _in_metres(drop, clip, track.sightings, (scales, plate, NO_AXIS))
     _state_radius(columns, track.radius, NO_RADIUS)
     columns = _dated(columns, clip.time_s - impact.time_s)
-    problem = "" if impact.status == "ok" else _why_no_impact(impact).replace("surface", "plate")
+    problem = "" if impact.status == "ok" else _why_no_impact(impact, "plate")
     if not problem and _deforms_in_flight(columns, drop.experiment.sphere.radius_m):
         problem = "the sphere deforms long before it meets the plate: check kind and views.side.surface_y_px"
     return SideResult(columns, scales, plate, track.radius, impact, problem)
@@ -250,7 +253,7 @@ def _in_metres(
     columns["bottom_y_px_unc"] = np.hypot(columns["bottom_y_px_unc"], check.bottom_offset_px)
     unc = np.where(use_local, columns["bottom_local_y_px_unc"], columns["bottom_y_px_unc"])
     columns["y_b_m"] = pixel_to_metre(0.0, bottom, pixels)[1]
-    columns["y_b_m_unc"] = height_unc((bottom, unc), scales, surface, (axis.y_px, axis.unc_px))
+    columns["y_b_m_unc"] = height_unc((bottom, unc), scales, (surface.y_px, surface.unc_px), (axis.y_px, axis.unc_px))
     columns["y_b_source"] = np.where(np.isfinite(bottom), np.where(use_local, "local", "ellipse"), "")
     columns["separation_y_m"] = pixel_to_metre(0.0, columns["separation_y_px"], pixels)[1]
     if not drop.experiment.deformable and drop.experiment.kind != "free_flight":

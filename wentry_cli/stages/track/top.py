@@ -14,6 +14,7 @@ from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.stages.track.rows import fit_columns, frame_status
 from wentry_cli.stages.track.side import SideResult, exposure_frames, fitting_level
 from wentry_cli.tables import vouched
+from wentry_cli.tracking.scale import pool_radius, scale_from_radius
 from wentry_cli.tracking.seed import find_seed
 from wentry_cli.tracking.sighting import Sighting
 from wentry_cli.tracking.top import (
@@ -75,7 +76,7 @@ def measure_top(drop: Drop, clip: Clip, ground: Background, sampled: list[int], 
         level, exposure = fitting_level(drop, ground), exposure_frames(drop, "top", clip)
         sightings = track_top(clip, ground, seed, level=level, exposure_frames=exposure)
     fits = fit_columns(clip.count, sightings)
-    entry = _entry(drop, clip, side, fits)
+    entry = _flight(drop, clip, side, fits) if drop.experiment.kind == "free_flight" else _entry(drop, clip, side, fits)
     radius_m = drop.experiment.sphere.radius_m
     magnification = magnification_at(entry.height, entry.camera)
     stretch, stretch_unc = top_stretch(fits["radius_px"], fits["radius_px_unc"], entry.scale, radius_m, magnification)
@@ -126,6 +127,18 @@ def _entry(drop: Drop, clip: Clip, side: SideResult | None, fits: dict[str, NDAr
         diameter = sphere.diameter_m_unc / sphere.diameter_m
         scale = TopScale(found.px_m, math.hypot(found.unc_px_m, found.px_m * diameter), found.source)
     return Entry(impact, height, camera, scale)
+
+
+def _flight(drop: Drop, clip: Clip, side: SideResult | None, fits: dict[str, NDArray[np.float64]]) -> Entry:
+    """A flight across the view: time from the first frame (of the leading view), one scale, no surface to reach."""
+    start = float(clip.time_s[0]) if side is None else 0.0
+    level = np.zeros(clip.count)
+    scale = _given_scale(drop)
+    if scale is None:
+        sphere = drop.experiment.sphere
+        radius = pool_radius(fits["radius_px"], fits["radius_px_unc"])
+        scale = TopScale(*scale_from_radius(radius, sphere.diameter_m, sphere.diameter_m_unc), "diameter")
+    return Entry((start, 0.0), Height(level, level), TopCamera(0.0, 0.0, "unknown"), scale)
 
 
 def _given_camera(view: View) -> TopCamera | None:
