@@ -1,0 +1,105 @@
+"""Raw recordings that were cut off, or whose headers lie, through the command line: one sentence, no table left."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.cli.conftest import Command
+from tests.frames.recording_bytes import cihx, cine, write_photron
+from wentry_cli.tables import read_table
+
+ENTITIES = """<!DOCTYPE cih [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;">]>"""
+
+
+def _images(video: Path) -> np.ndarray:
+    return np.stack([cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in sorted((video / "side").iterdir())])
+
+
+def _name(video: Path, source: str) -> None:
+    path = video / "experiment.yaml"
+    lines = [line for line in path.read_text().splitlines() if "fps" not in line]
+    path.write_text("\n".join(lines).replace("source: side", f"source: {source}") + "\n")
+
+
+def _photron(video: Path, **lies: object) -> Path:
+    images = _images(video)
+    count, height, width = images.shape
+    said = {"width": width, "height": height, "frames": count, "rate": 1000} | lies
+    header = write_photron(video, cihx(**said), images.tobytes())
+    _name(video, header.name)
+    return header
+
+
+def _phantom(video: Path, **lies: object) -> Path:
+    images = _images(video)
+    said = {"width": images.shape[2], "height": -images.shape[1], "size": images[0].size, "rate": 1000} | lies
+    path = video / "clip.cine"
+    path.write_bytes(cine([image.tobytes() for image in images], **said))
+    _name(video, path.name)
+    return path
+
+
+def _cut(path: Path, image_bytes: int) -> None:
+    path.write_bytes(path.read_bytes()[: -40 * image_bytes - 7])
+
+
+@pytest.mark.parametrize("camera", [_photron, _phantom])
+def test_a_recording_that_was_cut_off_says_how_to_use_the_rest(
+    wentry: Command, video: Path, tmp_path: Path, camera: object
+) -> None:
+    header = camera(video)  # type: ignore[operator]
+    assert wentry("check", video).code == 0
+    size = _images(video)[0].size
+    last = len(_images(video)) - 42
+    if camera is _photron:
+        _cut(video / "clip.mraw", size)
+    else:
+        _cut(header, size + 8)  # each image has its own head
+    done = wentry("process", video, "-o", tmp_path / "r")
+    assert done.code == 4
+    assert "clip" in done.err
+    assert f"frames: [0, {last}]" in done.err
+    assert not list((tmp_path / "r").rglob("*.csv"))
+    done = wentry("process", video, "-o", tmp_path / "r", "--set", f"views.side.frames=[0, {last}]")
+    assert done.code == 0, done.err
+    assert (read_table(tmp_path / "r" / "small", "side")["status"] == "ok").sum() > 20
+
+
+@pytest.mark.parametrize(
+    "lies",
+    [
+        {"width": 10**6, "height": 10**6},
+        {"frames": 10**9},
+        {"bits": 12, "depth": 12, "frames": 2**31 - 1},
+        {"width": 0},
+        {"frames": -3},
+        {"rate": 0},
+    ],
+)
+def test_a_photron_header_that_lies(wentry: Command, video: Path, tmp_path: Path, lies: dict[str, object]) -> None:
+    _photron(video, **lies)
+    done = wentry("process", video, "-o", tmp_path / "r")
+    assert done.code in (3, 4)
+    assert "clip" in done.err
+    assert not list((tmp_path / "r").rglob("*.csv"))
+
+
+@pytest.mark.parametrize("lies", [{"width": 10**6, "height": 10**6}, {"count": 2**31 - 1}, {"shift_offsets": 10**9}])
+def test_a_phantom_header_that_lies(wentry: Command, video: Path, tmp_path: Path, lies: dict[str, object]) -> None:
+    _phantom(video, **lies)
+    done = wentry("process", video, "-o", tmp_path / "r")
+    assert done.code == 4
+    assert "clip.cine" in done.err
+    assert not list((tmp_path / "r").rglob("*.csv"))
+
+
+def test_entities_in_a_header_are_not_expanded(wentry: Command, video: Path, tmp_path: Path) -> None:
+    header = _photron(video)
+    header.write_bytes(header.read_bytes().replace(b"<cih>", ENTITIES.encode() + b"<cih>", 1))
+    done = wentry("process", video, "-o", tmp_path / "r")
+    assert done.code == 4
+    assert "clip.cihx" in done.err
