@@ -223,6 +223,20 @@ def test_the_top_view_alone_tells_the_impact(tmp_path: Path) -> None:
     assert not has_table(tmp_path / "out", "side")
 
 
+def test_a_scale_that_the_falling_sphere_contradicts_counts(tmp_path: Path) -> None:
+    """Before impact λ is 1: a scale of the top view that is wrong by .4 % shows there, and is wrong later too."""
+    top = {"width": 176, "height": 176, "scale_px_per_m": 1000.0, "camera_distance_m": 1.5}
+    folder = render(tmp_path / "drop", top=top)
+    change(folder, "top", scale_px_per_m=1004.0)
+    measure(folder, tmp_path / "out")
+    above, rows = read_table(tmp_path / "out", "top"), truth(folder)[0]
+    seen = (above.status == "ok") & (above.t_s > 0.0)
+    assert seen.sum() > 3
+    error = (above.stretch - np.interp(above.t_s, rows["t_s"], rows["stretch"]))[seen]
+    assert error.abs().median() > 2e-3
+    assert (error.abs() < 3 * above.stretch_unc[seen]).all()
+
+
 def test_an_uncertain_distance_of_the_camera_counts(tmp_path: Path) -> None:
     """λ is proportional to 1 − h/Z, so dλ/λ = h/Z dZ/Z; without a side view the time of contact is less sure too."""
     top = {"width": 176, "height": 176, "scale_px_per_m": 1000.0, "camera_distance_m": 1.5}

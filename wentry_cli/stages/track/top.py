@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 TOP_COLUMNS = ("center_x_px", "center_y_px", "radius_px", "radius_px_unc", "gated_fraction", "residual_rms_px")
 SIDE_COLUMNS = ("t_s", "y_b_m", "y_b_m_unc", "stretch", "stretch_unc")
 SAID_SPEED_UNC = 0.04
+FEWEST_AT_REST = 3
 ANY_SPEED = (4.0, 2.0)
 
 Radii = tuple[NDArray[np.float64], NDArray[np.float64]]
@@ -84,7 +85,9 @@ def measure_top(drop: Drop, clip: Clip, ground: Background, sampled: list[int], 
         stretch_unc = np.hypot(stretch_unc, side.shape_offset)
     columns: dict[str, Any] = {"frame": np.arange(clip.count), "t_s": clip.time_s - entry.impact_s[0]}
     columns |= {name: fits[name] for name in TOP_COLUMNS}
-    columns |= {"stretch": stretch, "stretch_unc": stretch_unc, "status": frame_status(clip.count, sightings)}
+    status = frame_status(clip.count, sightings)
+    stretch_unc = np.hypot(stretch_unc, _at_rest(stretch, (columns["t_s"] < 0.0) & (np.array(status) == "ok")))
+    columns |= {"stretch": stretch, "stretch_unc": stretch_unc, "status": status}
     columns["status"] = vouched("top", columns)
     problem = "" if seed is not None else "no sphere was found: check source, roi_px and polarity of views.top"
     if not problem and not math.isfinite(entry.impact_s[0]):
@@ -95,6 +98,12 @@ def measure_top(drop: Drop, clip: Clip, ground: Background, sampled: list[int], 
             "no sphere can be stretched as seen from above: check scale_px_per_m and camera_distance_m of views.top"
         )
     return TopResult(columns, entry.scale, entry.scale.px_m * radius_m, entry.impact_s, problem)
+
+
+def _at_rest(stretch: NDArray[np.float64], falling: NDArray[np.bool_]) -> float:
+    """How far the mean stretch before impact is from 1: there, the edge, the scale or the distance is as much wrong."""
+    seen = stretch[falling & np.isfinite(stretch)]
+    return abs(float(np.mean(seen)) - 1.0) if seen.size >= FEWEST_AT_REST else 0.0
 
 
 def _radius_range(drop: Drop) -> tuple[float, float]:
