@@ -1,6 +1,7 @@
 """Calibration from rigid-surface drops: recovery without a start, honest intervals, and saying when it cannot know."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -147,6 +148,20 @@ def test_doubt_about_the_modulus_is_in_the_uncertainty():
     assert np.max(np.abs(scores(sure, truth))) > 5.0
     assert np.abs(scores(unsure, truth)) == pytest.approx(0.0, abs=2.5)
     assert unsure.material == sure.material
+
+
+def test_an_error_that_all_frames_share_is_in_the_uncertainty():
+    """A radius wrong by 2e-4 in each drop moves the parameters by less than three of the whole uncertainty."""
+    truth, rng = sphere(5), np.random.default_rng(8)
+    drops = [
+        Ringing(drop.times_s, drop.stretch * (1.0 + wrong), drop.stretch_unc, common=2e-4)
+        for drop, wrong in zip(ringings(truth, rng, noise=1e-4), (2e-4, -2e-4, 2e-4), strict=True)
+    ]
+    fit = fit_flow(truth, drops)
+    blind = fit_flow(truth, [replace(drop, common=0.0) for drop in drops])
+    assert fit.n_unc > 1.3 * blind.n_unc
+    assert np.abs(scores(fit, truth)) == pytest.approx(0.0, abs=3.0)
+    assert fit.material == blind.material
 
 
 def test_residuals_that_are_alike_widen_the_intervals():

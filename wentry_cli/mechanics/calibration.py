@@ -38,11 +38,15 @@ MOST_CORRELATION = 0.95  # of neighbouring residuals
 
 @dataclass(frozen=True)
 class Ringing:
-    """One drop after its first peak: times in s from the peak, λ and its standard uncertainty (equal lengths)."""
+    """One drop after its first peak: times in s from the peak, λ and its standard uncertainty (equal lengths).
+
+    ``common`` is the relative standard uncertainty of λ that all frames of the drop share (scale, edge, outline).
+    """
 
     times_s: FloatArray
     stretch: FloatArray
     stretch_unc: FloatArray
+    common: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -82,8 +86,8 @@ def fit_flow(
     Each drop has its own initial stretch, time shift and, with ``creep``, λ_p at the peak: the sphere has flowed while
     it was loaded. Without it λ_p = 1, the paper's choice, and the parameters absorb the creep. Weighted least squares
     with forward sensitivities from the best of a scan of 36 points; points beyond six robust standard deviations are
-    left out. Uncertainties from the residuals (Student), enlarged where neighbours are alike, and from that of G∞,
-    ``g_inf_unc_pa``, by a second fit; intervals linear in (ln ε̇₀, n).
+    left out. Uncertainties from the residuals (Student), enlarged where neighbours are alike, from what the frames of a
+    drop share, and from that of G∞, ``g_inf_unc_pa``, by a second fit; intervals linear in (ln ε̇₀, n).
 
     ε̇₀ and n count as told apart (``ok``) where the fit converged inside its bounds, the 95 % interval of n is narrower
     than ± ``WIDEST_N`` and the drops are from different heights: their initial stretches differ by ``LEAST_SPREAD``, or
@@ -131,7 +135,7 @@ def _clean(drop: Ringing) -> Ringing:
     with np.errstate(invalid="ignore"):
         good = np.isfinite(drop.times_s) & np.isfinite(drop.stretch) & (unc > 0.0) & (drop.times_s >= 0.0)
     floor = float(np.median(unc[good])) if good.any() else 1.0
-    return Ringing(drop.times_s[good], drop.stretch[good], np.maximum(unc[good], floor))
+    return Ringing(drop.times_s[good], drop.stretch[good], np.maximum(unc[good], floor), drop.common)
 
 
 class _Problem:
@@ -207,14 +211,14 @@ class _Problem:
         if not far.any() or far.mean() > 0.1:
             return self
         kept = [
-            Ringing(drop.times_s[~out], drop.stretch[~out], drop.stretch_unc[~out])
+            Ringing(drop.times_s[~out], drop.stretch[~out], drop.stretch_unc[~out], drop.common)
             for drop, out in zip(self.drops, np.split(far, sizes), strict=True)
         ]
         return _Problem(self.material, self.log_unit, kept, self.creep)
 
 
 def _covariance(problem: _Problem, minimum: Minimum, shift: FloatArray) -> FloatArray:
-    """Covariance of the parameters from the residuals, their likeness along each drop, and the doubt about G∞."""
+    """Covariance of the parameters: residuals, their likeness along each drop, what a drop's frames share, G∞."""
     residual = minimum.residual
     variance = float(residual @ residual) / max(residual.size - minimum.x.size, 1)
     sizes = np.cumsum([drop.times_s.size for drop in problem.drops])[:-1]
@@ -222,7 +226,11 @@ def _covariance(problem: _Problem, minimum: Minimum, shift: FloatArray) -> Float
     alike = min(products / max(float(residual @ residual), 1e-300), MOST_CORRELATION)
     if alike > 2.0 / math.sqrt(residual.size):  # less is what independent residuals show too
         variance *= (1.0 + alike) / (1.0 - alike)
-    covariance = np.linalg.pinv(minimum.jacobian.T @ minimum.jacobian, hermitian=True) * variance
+    inverse = np.linalg.pinv(minimum.jacobian.T @ minimum.jacobian, hermitian=True)
+    covariance = inverse * variance
+    for drop, rows in zip(problem.drops, np.split(minimum.jacobian, sizes), strict=True):
+        moved = inverse @ rows.T @ (drop.common * drop.stretch / drop.stretch_unc)
+        covariance += np.outer(moved, moved)
     covariance[:2, :2] += np.outer(shift, shift)
     return np.asarray(covariance)
 

@@ -14,7 +14,7 @@ from wentry_cli.errors import ConfigurationError, InputError, TooFewMeasurements
 from wentry_cli.mechanics.calibration import Calibration, Ringing, fit_flow
 from wentry_cli.mechanics.solver import solve_oscillation
 from wentry_cli.stages.calibrate.rows import Row, merge_rows, say_kept
-from wentry_cli.stages.inputs.columns import column
+from wentry_cli.stages.inputs.columns import column, first_row, number
 from wentry_cli.stages.model import first_peak, sphere_material
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
 
 CURVE_ROWS = 400  # of the fitted model of one drop
+LEAST_COMMON = 1e-4  # of λ in all frames of a clip: how far even clean outlines are off (docs/accuracy.md)
 
 
 def calibrate_impact(results: Path, drops: Sequence[Drop]) -> list[str]:
@@ -124,7 +125,15 @@ def _ringing(folder: Path) -> Ringing | None:
         return None
     times = column(stretch, "t_s") - first.time_s
     after = times >= 0.0
-    return Ringing(times[after], column(stretch, "stretch")[after], column(stretch, "stretch_unc")[after])
+    value, unc = (column(stretch, name)[after] for name in ("stretch", "stretch_unc"))
+    return Ringing(times[after], value, unc, max(LEAST_COMMON, _of_radius(folder)))
+
+
+def _of_radius(folder: Path) -> float:
+    """Relative uncertainty of the radius that the stretch of the side view is measured against; 0 if not known."""
+    geometry = first_row(folder, "geometry", view="side")
+    relative = number(geometry, "radius_px_unc") / number(geometry, "radius_px")
+    return relative if math.isfinite(relative) else 0.0
 
 
 def _impact_row(drop: Drop, sphere_id: str, fit: Calibration) -> Row:
