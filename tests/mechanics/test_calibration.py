@@ -8,8 +8,9 @@ import pytest
 
 from wentry_cli.errors import ConfigurationError
 from wentry_cli.mechanics.bergstrom_boyce import Material, find_groups
-from wentry_cli.mechanics.calibration import REFERENCE_HARDENING, Ringing, fit_flow
+from wentry_cli.mechanics.calibration import REFERENCE_HARDENING, fit_flow
 from wentry_cli.mechanics.least_squares import minimise
+from wentry_cli.mechanics.ringing import Ringing
 from wentry_cli.mechanics.solver import solve_oscillation
 
 ROWS = [

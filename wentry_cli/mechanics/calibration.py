@@ -18,6 +18,7 @@ from scipy.special import stdtrit
 from wentry_cli.errors import ConfigurationError
 from wentry_cli.mechanics.bergstrom_boyce import FloatArray, Material, find_groups
 from wentry_cli.mechanics.least_squares import Minimum, minimise
+from wentry_cli.mechanics.ringing import Ringing
 from wentry_cli.mechanics.solver import STRETCH_RANGE, solve_oscillation
 
 REFERENCE_HARDENING = 0.12
@@ -34,19 +35,6 @@ OUTLIER_ROUNDS = 4
 WIDEST_N = 0.5  # half-width of the 95 % interval beyond which n is not identified
 LEAST_SPREAD, LEAST_SWINGS = 0.1, 1.5  # difference of the initial stretches and ratio of λ₀ − 1; one is enough for n
 MOST_CORRELATION = 0.95  # of neighbouring residuals
-
-
-@dataclass(frozen=True)
-class Ringing:
-    """One drop after its first peak: times in s from the peak, λ and its standard uncertainty (equal lengths).
-
-    ``common`` is the relative standard uncertainty of λ that all frames of the drop share (scale, edge, outline).
-    """
-
-    times_s: FloatArray
-    stretch: FloatArray
-    stretch_unc: FloatArray
-    common: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -101,7 +89,7 @@ def fit_flow(
     groups = find_groups(scaled)
     if groups.flow == 0.0:
         raise ConfigurationError("g_t_pa is 0: without a relaxing network there is no flow to calibrate")
-    usable = [_clean(drop) for drop in drops]
+    usable = [drop.clean() for drop in drops]
     if not usable or min(drop.times_s.size for drop in usable) < FEWEST_POINTS:
         return _unfitted(material, usable)
     problem = _Problem(scaled, math.log(groups.flow), usable, creep)
@@ -128,14 +116,6 @@ def _shift_by_modulus(problem: _Problem, minimum: Minimum, g_inf_unc_pa: float) 
     moved = minimise(other.evaluate, minimum.x, other.bounds, other.scale).x
     # The parameter is A* c_refⁿ, whose unit of time has changed with G∞.
     return np.array([moved[0] - other.log_unit - minimum.x[0] + problem.log_unit, moved[1] - minimum.x[1]])
-
-
-def _clean(drop: Ringing) -> Ringing:
-    unc = np.broadcast_to(np.asarray(drop.stretch_unc, dtype=float), np.shape(drop.times_s))
-    with np.errstate(invalid="ignore"):
-        good = np.isfinite(drop.times_s) & np.isfinite(drop.stretch) & (unc > 0.0) & (drop.times_s >= 0.0)
-    floor = float(np.median(unc[good])) if good.any() else 1.0
-    return Ringing(drop.times_s[good], drop.stretch[good], np.maximum(unc[good], floor), drop.common)
 
 
 class _Problem:

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wentry_cli.errors import ConfigurationError, InputError, TooFewMeasurementsError
-from wentry_cli.mechanics.calibration import Calibration, Ringing, fit_flow
+from wentry_cli.mechanics.calibration import Calibration, fit_flow
+from wentry_cli.mechanics.ringing import Ringing
 from wentry_cli.mechanics.solver import solve_oscillation
 from wentry_cli.stages.calibrate.rows import Row, merge_rows, say_kept
 from wentry_cli.stages.inputs.columns import column, first_row, number
