@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.kinematics.centre import centre_height
 from wentry_cli.kinematics.outliers import scatter_ratio
-from wentry_cli.kinematics.smoother import Mode, SmoothTrack, smooth_track
+from wentry_cli.kinematics.smoother import Mode, SmoothTrack, TrackState, smooth_track
 from wentry_cli.kinematics.state_pass import Ballistic
 
 Array = NDArray[np.float64]
@@ -18,6 +18,7 @@ AIR_DENSITY = 1.2
 SPHERE_DRAG = 0.5
 STILL = 0.003
 LEAST_SCATTER = 0.01
+SWINGING = 8  # frames after impact in which the slam is not resolved
 CLEARLY = 3.0  # neighbours share their noise: forty frames know their scatter to a factor of two only
 
 
@@ -95,7 +96,9 @@ def solve_entry_motion(
         velocity=np.where(known, middle.velocity, np.nan),
         velocity_unc=np.where(known, _add(middle.velocity_unc, hidden[1] / slow, turning), np.nan),
         acceleration=np.where(known, middle.acceleration, np.nan),
-        acceleration_unc=np.where(known, _add(middle.acceleration_unc, hidden[1] / slow**2, bending), np.nan),
+        acceleration_unc=np.where(
+            known, _add(middle.acceleration_unc, hidden[1] / slow**2, bending, _unresolved(times, middle)), np.nan
+        ),
         outlier=known & ~tracks[1].used & np.isfinite(middle.velocity),
         bottom=tracks[0],
         centre=tracks[1],
@@ -157,6 +160,22 @@ def _shape_changes(tracks: list[SmoothTrack], hidden: list[Array], radius: float
     return relative * 1.5 * np.sqrt(q) * np.abs(rate), relative * np.abs(
         1.5 * np.sqrt(q) * bend + 0.75 * rate**2 / np.sqrt(q)
     )
+
+
+def _unresolved(times: Array, track: TrackState) -> Array:
+    """What the acceleration turns within a frame just after impact, m/s²: half its second difference.
+
+    The slam passes in a frame or two, of which a position shows the integral alone: a track that swings from frame to
+    frame there has its swings from what the smoother expects, not from the frames.
+    """
+    out = np.zeros_like(times)
+    wet = np.flatnonzero((times > 0.0) & np.isfinite(track.acceleration))[: SWINGING + 1]
+    if wet.size > 1:
+        value = track.acceleration[wet]
+        steps = np.diff(value)
+        out[wet[0]] = 0.5 * abs(steps[0])
+        out[wet[1:-1]] = 0.5 * np.abs(np.diff(steps))
+    return out
 
 
 def _add(*parts: Array) -> Array:
