@@ -8,10 +8,13 @@ import pandas as pd
 import pytest
 
 from tests.stages.rendered import SIDE, change, errors_px, measure, render, truth
+from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.errors import InputError, TooFewMeasurementsError
 from wentry_cli.stages import kinematics
+from wentry_cli.stages.track import side as side_view
 from wentry_cli.stages.track.side import _without_impossible
 from wentry_cli.tables import has_table, read_table
+from wentry_cli.tracking.prediction import Path as Prediction
 
 CLEAN_Y_B_PX = 0.05
 CLEAN_STRETCH = 6e-4
@@ -361,3 +364,28 @@ def test_a_stretch_that_no_sphere_can_have_is_never_ok(soft: tuple[Path, Path], 
     found = _without_impossible(side | {"status": ["ok", "ok", "occluded"]})
     assert found["status"] == ["ok", "poor_fit", "occluded"]
     assert np.isnan(found["stretch"]).tolist() == np.isnan(found["stretch_unc"]).tolist() == [False, True, True]
+
+
+def test_a_path_may_start_at_the_contact(
+    soft: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the sampled frames show the sphere first as it touches the water, all before and after is followed too."""
+    folder = soft[0]
+    rows, said = truth(folder)
+    touching = int(np.flatnonzero(rows["t_s"] > 0.0)[0])
+    measure(folder, tmp_path / "usual")
+    usual = read_table(tmp_path / "usual", "side")
+
+    def at_contact(*_: object, **__: object) -> Prediction:
+        path = Prediction(radius=said["scale_px_per_m"] * 0.0255)
+        for frame in (touching, touching + 1):
+            seen = usual.iloc[touching - 1]
+            fallen = said["surface_y_px"] - said["scale_px_per_m"] * rows["y_c_m"][frame]
+            path.add(frame, EllipseShape(seen["center_x_px"], fallen, path.radius))
+        return path
+
+    monkeypatch.setattr(side_view, "find_seed", at_contact)
+    measure(folder, tmp_path / "late")
+    late = read_table(tmp_path / "late", "side")
+    assert list(late.status) == list(usual.status)
+    np.testing.assert_allclose(late.stretch, usual.stretch, atol=1e-4)

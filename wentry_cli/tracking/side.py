@@ -52,8 +52,8 @@ def track_side(frames: Frames, ground: Background, seed: Path, scene: SideScene)
     )
     dry, path = both_ways(frames, ground, seed, _until_contact(plan, scene), frames.count - 1)
     contact = next((index for index, item in enumerate(dry) if item.status == "short_arc"), None)
-    entered = contact is not None and dry[contact].frame > seed.frames[0]
-    dry = dry[:contact] if contact is not None and entered else dry
+    if contact is not None and any(item.ok for item in dry[:contact]):
+        dry = dry[:contact]
     air = scene.radius_air if scene.radius_air.known else pool_sightings(dry, wet=False)
     dry = constrain(dry, air, wet=False)
     if contact is None or not dry:
