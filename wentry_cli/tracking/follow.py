@@ -156,9 +156,12 @@ def _search(frames: Frames, ground: Background, path: Path, index: int, plan: Pl
         whole = cut_patch(frames.read(index), 0, 0, ground)
     except FrameUnreadableError:
         return None
-    expected = path.predict(index)
+    expected, last = path.predict(index), path.shapes[-1]
     cap = find_lowest_cap(whole.values, path.radius, top_y=from_px)
-    if cap is None or abs(cap.x - expected.x) > 2.0 * path.radius or abs(cap.y - expected.y) > 3.0 * path.radius:
+    # a path that went astray before it was lost leads anywhere: what was seen last counts as much
+    highest, lowest = sorted((expected.y, last.y))
+    within = highest - 3.0 * path.radius < (cap.y if cap else math.nan) < lowest + 3.0 * path.radius
+    if cap is None or not within or abs(cap.x - expected.x) > 2.0 * path.radius:
         return None
     round_one = EllipseShape(cap.x, cap.y, path.radius, 1.0)
     for factor in (1.0,) if path.stiff else STRETCHES_LOST:

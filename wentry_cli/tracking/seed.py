@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-import numpy as np
-
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.errors import FrameUnreadableError
 from wentry_cli.imaging.background import Background, coarse_transmission
@@ -18,6 +16,8 @@ LIKE_RADIUS = 0.08
 FEWEST_AGREEING = 2
 ENOUGH_AGREEING = 4
 LONGEST_SCAN = 240
+DWARF = 3.0  # times smaller than the sphere, a droplet
+STILL_PX = 1.0  # what a round outline is off by from frame to frame
 WHOLE_DEG = 330.0  # of outline: all of the sphere is seen, and the earliest such frame is the best
 
 Range = tuple[float, float]
@@ -39,19 +39,22 @@ def find_seed(
     indices: Iterable[int],
     *,
     radius_range: Range = (7.0, math.inf),
-    lowest_px: float = math.inf,
+    falling: bool = False,
 ) -> Path | None:
     """Find a frame to start from and return a path through it and a neighbour; None where no sphere is seen.
 
     Looks at the frames in ``indices``, then, should too few show one, at every second frame. What is seen in two frames
-    or more with the same radius is the sphere; a candidate whose bottom lies below the row ``lowest_px`` is none. The
-    path starts where most of the outline is seen, so that a sphere cut by the rim of the frame is followed from later.
+    or more with the same radius is the sphere; where it is ``falling``, what rises is none: its mirror image in the
+    surface comes up to meet it. The path starts where most of the outline is seen, so that a sphere cut by the rim of
+    the frame is followed from later.
     """
-    limits = (radius_range, lowest_px)
-    agreeing = _agreeing(_look_through(frames, ground, indices, limits))
-    if len(agreeing) < FEWEST_AGREEING:
+    sights = _look_through(frames, ground, indices, radius_range)
+    agreeing = _agreeing(sights)
+    if len({index for index, _ in agreeing}) < FEWEST_AGREEING or _dwarfed(agreeing, sights):
         every_second = range(0, min(frames.count, 2 * LONGEST_SCAN), 2)
-        agreeing = _agreeing(_look_through(frames, ground, every_second, limits))
+        agreeing = _agreeing(_look_through(frames, ground, every_second, radius_range))
+    if falling:
+        agreeing = [item for item in agreeing if _falls(item, agreeing)] or agreeing
     for index, seen in sorted(agreeing, key=lambda item: -min(item[1].span_deg, WHOLE_DEG)):
         for neighbour in (index + 1, index - 1):
             path = _pair(frames, ground, (index, seen), neighbour)
@@ -60,36 +63,51 @@ def find_seed(
     return None
 
 
-def _look_through(frames: Frames, ground: Background, indices: Iterable[int], limits: tuple[Range, float]) -> Sights:
-    seen: Sights = []
-    for index in indices:
-        for candidate in detect(frames, index, ground, limits[0]):
-            if candidate.y + candidate.radius <= limits[1]:
-                seen.append((index, candidate))
-    return seen
+def _look_through(frames: Frames, ground: Background, indices: Iterable[int], radius_range: Range) -> Sights:
+    return [(index, item) for index in indices for item in detect(frames, index, ground, radius_range)]
 
 
 def _agreeing(seen: Sights) -> Sights:
-    """Candidates of like radius, one a frame, in the order of the frames.
+    """Candidates of like radius in the order of the frames, those of one frame as they were found.
 
-    The first group of enough members: early frames show the sphere by itself, later ones splash and cavity as well.
-    Without such a group the largest there is.
+    The first group from enough frames: early ones show the sphere by itself, later ones splash and cavity as well.
+    Without such a group the largest there is. Droplets agree with one another too: what is far smaller than something
+    else that was seen twice is not it.
     """
-    best: dict[int, Candidate] = {}
-    for _, reference in seen:
-        group: dict[int, Candidate] = {}
-        for index, item in seen:
-            if abs(item.radius / reference.radius - 1.0) < LIKE_RADIUS and index not in group:
-                group[index] = item
-        if len(group) >= ENOUGH_AGREEING:
-            return sorted(group.items())
-        if (len(group), reference.radius) > (len(best), _median_radius(best)):
-            best = group
-    return sorted(best.items())
+    counts = [len({at for at, _ in _like(reference, seen)}) for _, reference in seen]
+    pairs = zip(seen, counts, strict=True)
+    largest = max((item.radius for (_, item), count in pairs if count >= FEWEST_AGREEING), default=0.0)
+    best: Sights = []
+    most = (0, 0.0)
+    for (_, reference), count in zip(seen, counts, strict=True):
+        if reference.radius * DWARF < largest:
+            continue
+        if count >= ENOUGH_AGREEING:
+            return sorted(_like(reference, seen), key=lambda member: member[0])
+        if (count, reference.radius) > most:
+            best, most = _like(reference, seen), (count, reference.radius)
+    return sorted(best, key=lambda member: member[0])
 
 
-def _median_radius(group: dict[int, Candidate]) -> float:
-    return float(np.median([item.radius for item in group.values()])) if group else 0.0
+def _like(reference: Candidate, seen: Sights) -> Sights:
+    return [(at, item) for at, item in seen if abs(item.radius / reference.radius - 1.0) < LIKE_RADIUS]
+
+
+def _dwarfed(group: Sights, seen: Sights) -> bool:
+    """Whether something far larger was seen whole: the sphere, in the one frame of the sample that shows it in air."""
+    whole = max((item.radius for _, item in seen if item.span_deg > WHOLE_DEG), default=0.0)
+    return any(item.radius * DWARF < whole for _, item in group)
+
+
+def _falls(sight: tuple[int, Candidate], group: Sights) -> bool:
+    """Whether the next frame shows something as low as this, and the one before something as high, in one column."""
+    index, seen = sight
+    aligned = [(at, item.y) for at, item in group if abs(item.x - seen.x) < seen.radius and at != index]
+    later = min((at for at, _ in aligned if at > index), default=None)
+    earlier = max((at for at, _ in aligned if at < index), default=None)
+    goes_on = later is None or max(y for at, y in aligned if at == later) > seen.y - STILL_PX
+    came = earlier is None or min(y for at, y in aligned if at == earlier) < seen.y + STILL_PX
+    return goes_on and came
 
 
 def _pair(frames: Frames, ground: Background, seed: tuple[int, Candidate], neighbour: int) -> Path | None:

@@ -8,7 +8,10 @@ all frames by their own sensitivities; frames from before the first such fit are
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
+
+import numpy as np
 
 from wentry_cli.contours.departure import Departure
 from wentry_cli.contours.ellipse import EllipseShape
@@ -25,6 +28,7 @@ from wentry_cli.tracking.wet_radius import constrain, pool_sightings
 
 PILOT_FRAMES = 24
 UNKNOWN_WALL = 0.04
+BRIGHTER = 0.15  # of the ground: more is not the sphere that fell
 
 
 @dataclass(frozen=True)
@@ -120,6 +124,7 @@ class WetTracker:
         self.frames, self.ground, self.scene, self.dry, self.departure = frames, ground, scene, dry, departure
         self.plan = WetPlan(scene, frames.shape, known=scene.radius_water.known, departure=departure)
         self.check = NO_CHECK
+        self.darkness = float(np.median([item.inside for item in dry if item.ok])) if dry else math.nan
 
     def track(self, path: Path, order: range) -> tuple[list[Sighting], PooledRadius, ShapeCheck]:
         """Follow the path below the surface; returns sightings, the pooled radius, and what the shape adds to it."""
@@ -133,14 +138,14 @@ class WetTracker:
                 path.radius = self._radius(self.plan.pilot).value
 
         start = replace(path)
-        watch = Watch(learn, self._reachable, self.scene.ceiling_px)
+        watch = Watch(learn, self._believable, self.scene.ceiling_px)
         seen = self._follow(path, order, watch)
         water = self.scene.radius_water if self.scene.radius_water.known else self._radius(seen)
         if not self.plan.known and water.known:
             # too few frames told the radius on the way: what they told together serves all of them
             start.radius = water.value
             self.plan = self.plan.restarted()
-            seen = self._follow(start, order, Watch(self.plan.learn, self._reachable, self.scene.ceiling_px))
+            seen = self._follow(start, order, Watch(self.plan.learn, self._believable, self.scene.ceiling_px))
             again = self._radius(seen)
             water = again if again.count >= water.count else water
         return seen, water, self.check
@@ -149,12 +154,17 @@ class WetTracker:
         seen = follow(self.frames, self.ground, path, order, self.plan, watch)
         return [replace(item, wet=True) for item in seen]
 
-    def _reachable(self, sighting: Sighting) -> bool:
-        """Whether the bottom lies no deeper than a fall without water would have brought it."""
+    def _believable(self, sighting: Sighting) -> bool:
+        """Whether this can be the sphere: no deeper than a fall without water, and as dark within as it was in air.
+
+        Its mirror image in the surface, seen from below, is neither.
+        """
         good = [item.fit for item in self.dry if item.ok and item.fit is not None]
         frames = [item.frame for item in self.dry if item.ok]
         if len(good) < 2 or sighting.fit is None:
             return True
+        if sighting.inside > self.darkness + BRIGHTER:
+            return False
         speed = (good[-1].bottom_y_px - good[0].bottom_y_px) / (frames[-1] - frames[0])
         falls = speed * (sighting.frame - frames[-1])
         return sighting.fit.bottom_y_px < good[-1].bottom_y_px + 1.1 * falls + 3.0
@@ -188,7 +198,7 @@ class WetTracker:
                 path.add(item.frame, item.fit.shape)
             plan.learn(item)
         order = [item.frame for item in reversed(seen[:start])]
-        again = follow(self.frames, self.ground, path, order, plan, Watch(plan.learn, self._reachable))
+        again = follow(self.frames, self.ground, path, order, plan, Watch(plan.learn, self._believable))
         reached = {item.frame: replace(item, wet=True) for item in again}
         early = [reached.get(item.frame, Sighting(item.frame, "poor_fit", wet=True)) for item in seen[:start]]
         return constrain([*early, *seen[start:]], water, wet=True)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.compiled import compiled
 from wentry_cli.contours.circle import Circle, fit_circle
 from wentry_cli.contours.departure import NONE, Departure, extremes
 from wentry_cli.contours.ellipse import EllipseShape, SilhouetteFit, bottom_gradient
@@ -15,6 +16,7 @@ from wentry_cli.contours.local_bottom import BottomFit, fit_local_bottom
 from wentry_cli.contours.separation import SeparationFit, find_separation
 from wentry_cli.contours.silhouette import fit_silhouette
 from wentry_cli.imaging.background import Background, steadied
+from wentry_cli.imaging.order_statistics import median_of
 from wentry_cli.imaging.patch import Patch
 from wentry_cli.tracking.prediction import usable
 from wentry_cli.tracking.source import Frames, read_patch
@@ -25,6 +27,7 @@ CLEAR_GROUND_PX = 5.0
 CLEAR_GROUND = 0.85  # of the plain ground nearby, which is looked for between these distances, before and behind
 BESIDE_PX, DARKEST_GROUND = (2.0, 4.0), 0.5
 MOST_CROWDED = 0.2
+WITHIN_PX, RAYS_WITHIN = 4.0, 24
 
 Box = tuple[float, float, float, float]
 
@@ -62,7 +65,8 @@ class Sighting:
 
     ``fit`` is None where nothing could be fitted, ``status`` is that of the whole row; ``free_fit`` is
     the fit with free radius, where there was one; ``line`` is the row above which the outline was not looked at, from
-    the centre down in semi-axes, ``departure`` what the ellipse of the fit leaves out of the outline.
+    the centre down in semi-axes, ``departure`` what the ellipse of the fit leaves out of the outline. ``inside`` is the
+    transmission just within the lower outline.
     """
 
     frame: int
@@ -75,6 +79,7 @@ class Sighting:
     circle: bool = False
     line: float = -math.inf
     departure: Departure = NONE
+    inside: float = math.nan
 
     @property
     def ok(self) -> bool:
@@ -129,7 +134,11 @@ def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighti
     if look.also_free and free is None:
         free = _fit_ellipse(patch, fit.shape, replace(look, free=_with_size(look.free)))
         free = free if usable(free) else None
-    return Sighting(index, "ok", fit, bottom, separation, free_fit=free, line=line, departure=look.departure)
+    inside = level_within(patch.values, fit.center_x_px - patch.x0, fit.center_y_px - patch.y0, fit.shape.semi_across,
+                          fit.shape.semi_along, look.top_y_px - patch.y0)  # fmt: skip
+    return Sighting(
+        index, "ok", fit, bottom, separation, free_fit=free, line=line, departure=look.departure, inside=inside
+    )
 
 
 def _with_size(free: str) -> str:
@@ -168,6 +177,23 @@ def ring_share(patch: Patch, fit: SilhouetteFit, distance_px: float) -> float:
     levels = np.nan_to_num(patch.values[np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1)])
     plain = np.clip(np.where(inside, levels, 0.0).max(axis=0), DARKEST_GROUND, 1.0)
     return float(np.mean((levels[-1] < CLEAR_GROUND * plain)[inside[-1]]))
+
+
+@compiled
+def level_within(values: NDArray[np.float32], x: float, y: float, across: float, along: float, top_y: float) -> float:
+    """Median level a few pixels within the lower half of an upright outline, below the row ``top_y``; NaN if unseen."""
+    found = np.empty(RAYS_WITHIN)
+    number = 0
+    for k in range(RAYS_WITHIN):
+        angle = math.pi * (k + 0.5) / RAYS_WITHIN
+        row = round(y + (along - WITHIN_PX) * math.sin(angle))
+        column = round(x + (across - WITHIN_PX) * math.cos(angle))
+        if row > top_y and 0 <= row < values.shape[0] and 0 <= column < values.shape[1]:
+            level = values[row, column]
+            if not math.isnan(level):
+                found[number] = level
+                number += 1
+    return median_of(found, number) if number else math.nan
 
 
 def radius_slope(fit: SilhouetteFit) -> NDArray[np.float64]:

@@ -54,7 +54,8 @@ class SideResult:
 
 def measure_side(drop: Drop, clip: Clip, ground: Background, sampled: list[int]) -> SideResult:
     """Track the side view and turn what was seen into metres and seconds."""
-    seed = find_seed(clip, ground, sampled, radius_range=_radius_range(drop))
+    falling = drop.experiment.kind != "free_flight"
+    seed = find_seed(clip, ground, sampled, radius_range=_radius_range(drop), falling=falling)
     if seed is None:
         nothing = side_columns(clip.count, [])
         problem = (
