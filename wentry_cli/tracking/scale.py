@@ -27,7 +27,7 @@ class PixelMap:
 
 
 def pixel_to_metre(
-    x_px: ArrayLike, y_px: ArrayLike, pixels: PixelMap
+    x_px: ArrayLike, y_px: ArrayLike, pixels: PixelMap, wet: NDArray[np.bool_] | None = None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Change image positions into metres in the plane of the sphere.
 
@@ -48,12 +48,13 @@ def pixel_to_metre(
     The picture breaks at the waterline: from below, the surface would appear at ``y_0 + s_w Y_0``, that is
     ``(s_w − s_a) Y_0`` from the row ``y_s``. With an axis 60 mm below the surface and scales of 4.4 and 4.62 px/mm
     those are 13 px upwards, so a layer of 13 px just below the surface is hidden behind the air's picture, and the row
-    ``y_s`` itself shows, in water, the depth ``(y_0 − y_s)(1/s_a − 1/s_w)``. Rows at or above ``y_s`` are taken as
-    air, rows below as water. With equal scales both are ``(y_s − y) / s``.
+    ``y_s`` itself shows, in water, the depth ``(y_0 − y_s)(1/s_a − 1/s_w)``. ``wet`` says through which medium each
+    row was seen; without it rows at or above ``y_s`` are taken as air, rows below as water. With equal scales both are
+    ``(y_s − y) / s``.
     """
     x = np.asarray(x_px, dtype=np.float64)
     y = np.asarray(y_px, dtype=np.float64)
-    wet = y > pixels.surface_y_px
+    wet = y > pixels.surface_y_px if wet is None else wet
     air, water = pixels.scale_air_px_m, pixels.scale_water_px_m
     axis_height = (pixels.surface_y_px - pixels.axis_y_px) / air
     height = np.where(wet, axis_height - (y - pixels.axis_y_px) / water, (pixels.surface_y_px - y) / air)

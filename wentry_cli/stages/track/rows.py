@@ -56,6 +56,26 @@ def fit_columns(count: int, sightings: Sequence[Sighting]) -> dict[str, NDArray[
     return columns
 
 
+def blurred_stretch(columns: dict[str, Any], exposure_frames: float) -> NDArray[np.float64]:
+    """What of λ a frame does not tell because the sphere moves and deforms at once while it is exposed.
+
+    The fits know the blur of a motion, not that of a deformation: a bottom that is carried down while it is drawn up
+    is blurred less than they take it to be. On rendered clips λ comes out wrong by the product of what changes during
+    the exposure, that of λ times the way over the radius.
+    """
+    grows = exposure_frames * _per_frame(columns["stretch"])
+    way = exposure_frames * np.hypot(_per_frame(columns["center_x_px"]), _per_frame(columns["center_y_px"]))
+    return np.asarray(np.nan_to_num(np.abs(grows) * way / columns["radius_px"]))
+
+
+def _per_frame(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Differences of neighbours that were both measured, else of one; NaN where there are none."""
+    step = np.append(np.diff(values), np.nan)
+    before = np.append(np.nan, step[:-1])
+    both = 0.5 * (step + before)
+    return np.where(np.isfinite(both), both, np.where(np.isfinite(step), step, before))
+
+
 def side_columns(count: int, sightings: Sequence[Sighting]) -> dict[str, Any]:
     """The pixel columns of side.csv."""
     columns: dict[str, Any] = {"frame": np.arange(count), **fit_columns(count, sightings)}

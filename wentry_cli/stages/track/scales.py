@@ -75,15 +75,16 @@ def height_unc(
     scales: Scales,
     surface: tuple[float, float],
     axis: tuple[float, float],
+    wet: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.float64]:
     """Uncertainty of a height in m: row, surface, scales and optical axis (see ``pixel_to_metre``).
 
-    ``bottom``, ``surface`` and ``axis`` are rows and their uncertainties, px. The row of the surface is seen in air and
-    moves all heights alike, in both media; a wrong axis those below the surface.
+    ``bottom``, ``surface`` and ``axis`` are rows and their uncertainties, px, ``wet`` as there. The row of the surface
+    is seen in air and moves all heights alike, in both media; a wrong axis those below the surface.
     A scale that both media share stretches the distance from the surface; two scales stretch those from the axis.
     """
     row = bottom[0]
-    wet = row > surface[0]
+    wet = row > surface[0] if wet is None else wet
     scale = np.where(wet, scales.water, scales.air)
     by_air, by_water = scales.air_unc / scales.air**2, scales.water_unc / scales.water**2
     by_scale = (row - surface[0]) * by_air

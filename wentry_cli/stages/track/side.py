@@ -15,7 +15,7 @@ from wentry_cli.imaging.free_surface import SurfaceRow, find_free_surface, find_
 from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.stages.track.axis import NO_AXIS, OpticalAxis, assumed_axis, checked_axis
 from wentry_cli.stages.track.impact import NO_IMPACT, best_bottom, entry_impact
-from wentry_cli.stages.track.rows import side_columns
+from wentry_cli.stages.track.rows import blurred_stretch, side_columns
 from wentry_cli.stages.track.scales import NO_SCALES, Scales, find_scales, given_radii, height_unc
 from wentry_cli.tables import vouched
 from wentry_cli.tracking.flight import air_plan, both_ways
@@ -249,12 +249,16 @@ def _in_metres(
     doubt = np.full(clip.count, abs(check.stretch_offset))
     for item in sightings:
         doubt[item.frame] = check.stretch_doubt(item.line)
+    doubt = np.hypot(doubt, blurred_stretch(columns, exposure_frames(drop, "side", clip)))
     columns["stretch_unc"] = np.hypot(columns["stretch_unc"], doubt)
     columns = _without_impossible(columns)
     columns["bottom_y_px_unc"] = np.hypot(columns["bottom_y_px_unc"], check.bottom_offset_px)
     unc = np.where(use_local, columns["bottom_local_y_px_unc"], columns["bottom_y_px_unc"])
-    columns["y_b_m"] = pixel_to_metre(0.0, bottom, pixels)[1]
-    columns["y_b_m_unc"] = height_unc((bottom, unc), scales, (surface.y_px, surface.unc_px), (axis.y_px, axis.unc_px))
+    wet = np.zeros(clip.count, dtype=bool)
+    wet[[item.frame for item in sightings if item.wet]] = True
+    columns["y_b_m"] = pixel_to_metre(0.0, bottom, pixels, wet)[1]
+    zero = (surface.y_px, surface.unc_px), (axis.y_px, axis.unc_px)
+    columns["y_b_m_unc"] = height_unc((bottom, unc), scales, *zero, wet)
     columns["y_b_source"] = np.where(np.isfinite(bottom), np.where(use_local, "local", "ellipse"), "")
     columns["separation_y_m"] = pixel_to_metre(0.0, columns["separation_y_px"], pixels)[1]
     if not drop.experiment.deformable and drop.experiment.kind != "free_flight":

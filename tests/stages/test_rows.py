@@ -1,0 +1,32 @@
+"""Rows of the side view: what a moving and deforming sphere leaves open."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from wentry_cli.stages.track.rows import blurred_stretch
+
+
+def columns(stretch: np.ndarray, y: np.ndarray) -> dict[str, np.ndarray]:
+    return {"stretch": stretch, "center_x_px": np.zeros_like(y), "center_y_px": y, "radius_px": np.full_like(y, 100.0)}
+
+
+def test_the_blur_of_a_deformation_is_the_product_of_both_changes() -> None:
+    frames = np.arange(6.0)
+    doubt = blurred_stretch(columns(1.0 + 0.1 * frames, 20.0 * frames), 0.2)
+    assert doubt == pytest.approx(0.02 * 4.0 / 100.0)
+
+
+def test_without_exposure_deformation_or_motion_there_is_none() -> None:
+    frames = np.arange(6.0)
+    assert not blurred_stretch(columns(1.0 + 0.1 * frames, 20.0 * frames), 0.0).any()
+    assert not blurred_stretch(columns(np.ones(6), 20.0 * frames), 0.2).any()
+    assert not blurred_stretch(columns(1.0 + 0.1 * frames, np.zeros(6)), 0.2).any()
+
+
+def test_gaps_take_the_neighbour_that_is_there() -> None:
+    stretch = np.array([1.0, 1.1, np.nan, 1.3, np.nan, 1.5])
+    doubt = blurred_stretch(columns(stretch, 20.0 * np.arange(6.0)), 0.2)
+    assert doubt[:2] == pytest.approx(0.02 * 4.0 / 100.0)
+    assert np.isfinite(doubt).all()
