@@ -166,4 +166,7 @@ def _read_csv(path: Path) -> pd.DataFrame:
         raise InputError(f"{path}: not a readable CSV table ({error})") from error
     if "frame" not in frame:
         raise InputError(f"{path}: needs a column `frame` (from 0) beside the columns to compare, such as y_b_m")
+    for name in {"frame", *(column for _, _, column in SERIES)} & set(frame.columns):
+        if not pd.api.types.is_numeric_dtype(frame[name]):
+            raise InputError(f"{path}: column {name} holds what is no number; leave such cells empty")
     return frame

@@ -11,7 +11,7 @@ from pydantic import Field
 from wentry_cli.config.messages import validate
 from wentry_cli.config.models import Part
 from wentry_cli.config.places import Document, read_document
-from wentry_cli.config.values import Label, Number, Positive, Uncertainty
+from wentry_cli.config.values import Label, Positive, Uncertainty
 from wentry_cli.errors import ConfigurationError
 from wentry_cli.tables import has_table, read_table
 
@@ -31,10 +31,10 @@ class Material(Part):
     g_t_pa: Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
     xi: Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)] = 0.0866
     tau0_pa: Positive = 1.0
-    m: Positive = 1.0
-    n: Number
+    m: Annotated[float, Field(strict=True, gt=0, le=1000, allow_inf_nan=False)] = 1.0
+    n: Annotated[float, Field(strict=True, ge=-10, le=10, allow_inf_nan=False)]
     n_unc: Uncertainty = 0.0
-    eps0_dot_1_s: Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
+    eps0_dot_1_s: Annotated[float, Field(strict=True, ge=0, le=1e12, allow_inf_nan=False)]
     eps0_dot_1_s_unc: Uncertainty = 0.0
     radius_m: Positive | None = None
     density_kg_m3: Positive | None = None

@@ -39,7 +39,7 @@ class Sphere(Part):
     """The sphere: undeformed diameter, density or mass, material."""
 
     id: Label | None = None
-    diameter_m: Annotated[float, Field(strict=True, gt=0, le=1, allow_inf_nan=False)]
+    diameter_m: Annotated[float, Field(strict=True, ge=1e-5, le=1, allow_inf_nan=False)]
     diameter_m_unc: Uncertainty = 0.0
     density_kg_m3: Annotated[float, Field(strict=True, ge=10, le=25_000, allow_inf_nan=False)] | None = None
     density_kg_m3_unc: Uncertainty = 0.0

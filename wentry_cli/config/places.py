@@ -68,6 +68,14 @@ for _tag, _pattern in _NUMBERS.items():
     _Loader.add_implicit_resolver(_tag, _pattern, list("-+.0123456789"))
 
 
+def followed(path: Path) -> Path:
+    """The absolute path with its links followed; as it is written where they lead in a circle."""
+    try:
+        return path.resolve()
+    except (OSError, RuntimeError):  # what a circle raises depends on the version of Python
+        return path.absolute()
+
+
 def read_document(path: Path) -> Document:
     """Read a YAML mapping with the place of every key.
 
@@ -106,6 +114,8 @@ def _build(text: str, origin: Path) -> tuple[Any, dict[KeyPath, Place]]:
 
 def _read_text(path: Path) -> str:
     try:
+        if path.exists() and not path.is_file():
+            raise ConfigurationError(f"{path}: is no plain file; write the configuration into one")
         if path.stat().st_size > MAX_BYTES:
             raise ConfigurationError(f"{path}: larger than {MAX_BYTES} bytes; a configuration is a short text")
         return path.read_text(encoding="utf-8-sig")

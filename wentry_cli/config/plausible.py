@@ -7,7 +7,7 @@ from pathlib import Path
 
 from wentry_cli.config.models import Experiment, View
 from wentry_cli.config.moved import BY_HAND, with_uncertainty
-from wentry_cli.config.places import Document
+from wentry_cli.config.places import Document, followed
 from wentry_cli.errors import ConfigurationError
 
 SPHERE_PX = (2.0, 20_000.0)
@@ -91,7 +91,7 @@ def too_long(exposure_s: float, fps: float) -> str:
 
 def _is_one_picture(side: View, top: View, folder: Path) -> bool:
     """Whether both views read the same part of one recording; a camera may see both through a mirror."""
-    if (folder / side.source).resolve() != (folder / top.source).resolve():
+    if followed(folder / side.source) != followed(folder / top.source):
         return False
     if side.roi_px is None or top.roi_px is None:
         return True

@@ -8,6 +8,8 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BeforeValidator, Field
 
 LONGEST_LABEL = 200
+LONGEST_NAME = 255
+SLOWEST, FASTEST = 0.01, 1e7  # frames/s
 NOT_ON_A_LINE = {"Cc", "Cs", "Zl", "Zp"}  # control, half a surrogate pair, line and paragraph separators
 
 
@@ -22,6 +24,12 @@ def _one_line(text: str) -> str:
     if not is_one_line(text):
         raise ValueError(f"must be one line of text without control characters, not {text!r:.60}")
     return text
+
+
+def _name(text: str) -> str:
+    if any(len(part.encode("utf-8", "replace")) > LONGEST_NAME for part in text.replace("\\", "/").split("/")):
+        raise ValueError(f"must not be longer than the name of a file can be, {LONGEST_NAME} bytes")
+    return _one_line(text)
 
 
 def _label(text: str) -> str:
@@ -49,11 +57,11 @@ Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
 Uncertainty = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
 Index = Annotated[int, Field(strict=True, ge=0)]
-Text = Annotated[str, AfterValidator(_one_line)]
+Text = Annotated[str, AfterValidator(_name)]
 Label = Annotated[str, BeforeValidator(_as_text), AfterValidator(_label)]
 Repeat = Annotated[Label, BeforeValidator(_counted)]
 
-FrameRate = Annotated[float, Field(strict=True, gt=0, le=1e7, allow_inf_nan=False)]
+FrameRate = Annotated[float, Field(strict=True, ge=SLOWEST, le=FASTEST, allow_inf_nan=False)]
 Row = Annotated[float, Field(strict=True, ge=-20_000, le=20_000, allow_inf_nan=False)]
 Distance = Annotated[float, Field(strict=True, gt=0, le=1000, allow_inf_nan=False)]
 Delay = Annotated[float, Field(strict=True, ge=-1000, le=1000, allow_inf_nan=False)]

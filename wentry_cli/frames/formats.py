@@ -49,9 +49,15 @@ def open_recording(path: Path, *, fps: float | None = None, frames: tuple[int, i
 
 
 def _open(path: Path, frames: tuple[int, int] | None) -> Recording:
-    if path.is_dir():
+    try:
+        folder, there, plain = path.is_dir(), path.exists(), path.is_file()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be opened ({error.strerror}); check the source") from error
+    if folder:
         return _images(path, "*")
-    if not path.exists():
+    if there and not plain:
+        raise InputError(f"{path}: is a device or a pipe, not a file; check the source")
+    if not there:
         if any(sign in path.name for sign in "*?[") and path.parent.is_dir():
             return _images(path.parent, path.name)
         raise InputError(f"{path}: no such file or folder{_nearest(path)}; check the source")

@@ -39,7 +39,7 @@ def recording_identity(path: Path, *, verify: bool = False) -> str:
     for file in files:
         try:
             status = file.stat()
-            digest.update(f"{file.name}\0{status.st_size}\0".encode())
+            digest.update(f"{file.name}\0{status.st_size}\0".encode("utf-8", "surrogateescape"))
             if verify:
                 with file.open("rb") as stream:
                     digest.update(hashlib.file_digest(stream, "sha256").digest())

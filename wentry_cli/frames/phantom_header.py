@@ -20,6 +20,7 @@ FILE_HEADER = struct.Struct("<2sHHHiIiIIIIQ")
 BITMAP_HEADER = struct.Struct("<IiiHHIIiiII")
 LARGEST_SIDE_PX = 1 << 16
 LARGEST_STAMP_BLOCKS = 64
+LONGEST_INTERVAL = 1000.0  # times the usual one
 
 UNCOMPRESSED, PACKED_10, PACKED_12 = 0, 256, 1024
 TIMES_BLOCK, EXPOSURES_BLOCK = 1002, 1003
@@ -93,6 +94,10 @@ def _read(file: BlockFile) -> CineHeader:
     setup = _Setup(file, at_setup)
     layout = _layout(file, at_bitmap, setup)
     times, exposures = _stamps(file, at_setup + setup.length, at_offsets, count)
+    told: tuple[str, ...] = ()
+    if times is not None and not _usable(times):
+        told = ("the time stamps do not rise steadily; the header's rate is used",) if times.size > 1 else ()
+        times = None
     fps, source, notes = _rate(times, setup)
     return CineHeader(
         layout=layout,
@@ -102,7 +107,7 @@ def _read(file: BlockFile) -> CineHeader:
         fps=fps,
         fps_source=source,
         exposure_s=_exposure_s(exposures, setup),
-        notes=notes,
+        notes=(*told, *notes),
     )
 
 
@@ -185,7 +190,7 @@ def _stamps(
 def _rate(times: NDArray[np.float64] | None, setup: _Setup) -> tuple[float | None, str, tuple[str, ...]]:
     """Return rate, where it came from, and notes: the stamps win over the header, whose 16-bit field saturates."""
     header = float(setup.number(RATE) or setup.number(RATE_16, 2))
-    if times is not None and times.size > 1 and np.all(np.diff(times) > 0):
+    if times is not None and times.size > 1:
         intervals = np.diff(times)
         usual = float(np.median(intervals))
         regular = intervals[np.abs(intervals - usual) < 0.5 * usual]
@@ -196,10 +201,15 @@ def _rate(times: NDArray[np.float64] | None, setup: _Setup) -> tuple[float | Non
         if regular.size < intervals.size:
             notes.append(f"{intervals.size - regular.size} intervals between frames differ from the usual one")
         return fps, "cine time stamps", tuple(notes)
-    unusable = (
-        ("the time stamps do not rise; the header's rate is used",) if times is not None and times.size > 1 else ()
-    )
-    return (header, "cine header frame rate", unusable) if header else (None, RATE_UNKNOWN, unusable)
+    return (header, "cine header frame rate", ()) if header else (None, RATE_UNKNOWN, ())
+
+
+def _usable(times: NDArray[np.float64] | None) -> bool:
+    """Whether the stamps rise, and no interval is as long as many others: a clock that was set in between."""
+    if times is None or times.size < 2:
+        return times is not None
+    intervals = np.diff(times)
+    return bool(intervals.min() > 0.0 and intervals.max() < LONGEST_INTERVAL * np.median(intervals))
 
 
 def _exposure_s(exposures: NDArray[np.float64] | None, setup: _Setup) -> float | None:

@@ -7,7 +7,6 @@ range, and nothing is allocated from what it claims.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from fractions import Fraction
 from pathlib import Path
 from xml.parsers import expat
 
@@ -109,11 +108,12 @@ class _Fields:
 
     def number(self, name: str) -> float | None:
         """Return a positive number, '1/50000' allowed; None where it is missing, zero or not a number."""
+        over, _, under = self.found.get(name, "0").strip()[:40].partition("/")
         try:
-            value = float(Fraction(self.found.get(name, "0").strip()[:40]))
+            value = float(over) / float(under or "1")
         except (ValueError, ZeroDivisionError, OverflowError):
             return None
-        return value if 0 < value < 1e12 else None
+        return value if 1e-12 < value < 1e12 else None
 
 
 def _check_mraw(fields: _Fields) -> None:

@@ -166,7 +166,7 @@ def read_json(path: Path) -> dict[str, Any]:
     """Read a JSON object, empty where the file is missing or is something else."""
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return {}
     return found if isinstance(found, dict) else {}
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from wentry_cli.config.campaign import Drop, find_drops, read_drop
 from wentry_cli.config.inheritance import find_shared, notes_of
-from wentry_cli.config.places import Document, Place, read_value
+from wentry_cli.config.places import Document, Place, followed, read_value
 from wentry_cli.errors import CampaignError, ConfigurationError, InputError, WentryError
 from wentry_cli.pipeline import CampaignStage, Stage, campaign_stages_of, stages_of
 from wentry_cli.runner.campaign import Hands, run_campaign
@@ -118,8 +118,8 @@ def keep_raw_data(campaign: Campaign, results: Path) -> None:
     """Raise ``InputError`` where ``results`` would lie among the frames of a recording."""
     for drop in campaign.drops:
         for view in drop.experiment.sides:
-            source = drop.source_path(view).resolve()
-            if source.is_dir() and results.resolve().is_relative_to(source):
+            source, written = followed(drop.source_path(view)), followed(results)
+            if source.is_dir() and written.is_relative_to(source):
                 raise InputError(f"{results}: lies among the frames of {source}; choose another folder with -o")
 
 
@@ -172,11 +172,12 @@ def _without_failures(campaign: Campaign) -> list[Drop]:
 
 def processed(results: Path, only: tuple[str, ...] = ()) -> Campaign:
     """The drops that were processed into ``results``; one that could not be measured is a failure from the start."""
-    drops = read_drops(results)
-    names = _selected([drop.name for drop in drops], only, results)
+    drops, damaged = read_drops(results)
+    names = _selected(sorted([*(drop.name for drop in drops), *damaged]), only, results)
     drops = [drop for drop in drops if drop.name in names]
     edits = [note for drop in drops for note in warn_of_edits(results / drop.name)]
-    return Campaign(drops, [failure for drop in drops for failure in _failed_before(results, drop)], edits)
+    failures = [Failure(name, "", InputError.exit_code, told) for name, told in damaged.items() if name in names]
+    return Campaign(drops, failures + [failure for drop in drops for failure in _failed_before(results, drop)], edits)
 
 
 def _failed_before(results: Path, drop: Drop) -> list[Failure]:

@@ -20,7 +20,7 @@ def read_json(path: Path) -> dict[str, Any]:
     """The dictionary in ``path``, empty where the file is missing or damaged (everything is then stale)."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return {}
     return content if isinstance(content, dict) else {}
 
@@ -45,22 +45,25 @@ def write_drop(results: Path, drop: Drop) -> None:
     write_json(results / drop.name / DROP, drop.record())
 
 
-def read_drops(results: Path) -> list[Drop]:
+def read_drops(results: Path) -> tuple[list[Drop], dict[str, str]]:
     """Every drop that was processed into ``results``, by name, with the material that a calibration knows better.
 
-    Raises ``InputError`` where there is none.
+    Those whose record is damaged come apart, with what to do about it. Raises ``InputError`` where there is no other.
     """
     if not results.is_dir():
         raise InputError(f"{results}: no such folder; run `wentry process VIDEO_DIR -o {results}` first")
     drops: list[Drop] = []
+    damaged: dict[str, str] = {}
     for path in sorted(results.glob(f"*/{DROP}")):
         try:
             drops.append(Drop.from_record(read_json(path)).with_calibration(results))
-        except (KeyError, ValueError, TypeError) as error:
-            raise InputError(f"{path}: damaged; run `wentry process` again on its video") from error
+        except (KeyError, ValueError, TypeError):
+            damaged[path.parent.name] = f"{path}: damaged; run `wentry process` again on its video"
+    if damaged and not drops:
+        raise InputError("\n".join(damaged.values()))
     if not drops:
         raise InputError(f"{results}: holds no processed drop; run `wentry process VIDEO_DIR -o {results}` first")
-    return drops
+    return drops, damaged
 
 
 def write_run(

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wentry_cli.errors import ConfigurationError, FrameUnreadableError
+from wentry_cli.config.values import FASTEST, SLOWEST
+from wentry_cli.errors import ConfigurationError, FrameUnreadableError, InputError
 from wentry_cli.frames.formats import open_recording
 from wentry_cli.frames.oriented import Oriented, orient
 from wentry_cli.frames.reader import Frame, RecordingInfo, Region
@@ -69,6 +70,10 @@ def frame_rate(drop: Drop, name: str, info: RecordingInfo) -> float:
         raise ConfigurationError(
             f"{drop.folder / 'experiment.yaml'}: error: views.{name}.fps: {info.path.name} has no frame rate that "
             f"can be trusted{told}; set views.{name}.fps to the rate of the camera in frames per second"
+        )
+    if not SLOWEST <= info.fps <= FASTEST:
+        raise InputError(
+            f"{info.path}: its header claims {info.fps:g} frames/s, which no camera films with; set views.{name}.fps"
         )
     return float(info.fps)
 

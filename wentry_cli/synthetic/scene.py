@@ -8,7 +8,11 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 Positive = Annotated[float, Field(gt=0)]
 Share = Annotated[float, Field(ge=0, le=1)]
-Count = Annotated[int, Field(ge=0)]
+Count = Annotated[int, Field(ge=0, le=100_000)]
+Speed = Annotated[float, Field(ge=1e-3, le=1000)]
+Length = Annotated[float, Field(ge=1e-5, le=1000)]
+Density = Annotated[float, Field(ge=1, le=25_000)]
+Factor = Annotated[float, Field(gt=0, le=100)]  # in units of the scene, R and U0
 
 
 class Part(BaseModel):
@@ -32,8 +36,8 @@ class Material(Part):
 class Ball(Part):
     """The sphere; ``law`` is empty for a rigid one."""
 
-    diameter_m: Positive
-    density_kg_m3: Positive = 1070.0
+    diameter_m: Annotated[float, Field(ge=1e-5, le=10)]
+    density_kg_m3: Density = 1070.0
     material: str = "rigid"
     law: Material | None = None
     id: str | None = None
@@ -50,22 +54,22 @@ class Physics(Part):
     pulls it away (a surface seal, if that is before a neck closes). ``contact_patch`` flattens a sphere on a plate.
     """
 
-    gravity_m_s2: Positive = 9.81
-    water_kg_m3: Positive = 998.2
-    drag: Positive = 0.3
+    gravity_m_s2: Annotated[float, Field(gt=0, le=1000)] = 9.81
+    water_kg_m3: Density = 998.2
+    drag: Factor = 0.3
     drag_stretch_exponent: float = 2.0
     added_mass: Share = 0.25
-    period_factor: Positive = 1.4
-    loading_rate: Annotated[float, Field(ge=0)] = 0.42
-    loading_time: Positive = 0.2
+    period_factor: Factor = 1.4
+    loading_rate: Annotated[float, Field(ge=0, le=100)] = 0.42
+    loading_time: Factor = 0.2
     shallow_valleys: Share = 0.0
     period_growth: Annotated[float, Field(ge=0)] = 0.0
-    wall_speed: Positive = 0.33
+    wall_speed: Factor = 0.33
     wall_stretch_speed: Share = 0.25
     contact_angle_deg: Annotated[float, Field(ge=-30, le=60)] = 10.0
-    crown_speed: Positive = 0.35
-    crown_lean: Positive = 0.35
-    dome_over_time: Positive = 3.5
+    crown_speed: Factor = 0.35
+    crown_lean: Factor = 0.35
+    dome_over_time: Factor = 3.5
     dome_suction: Annotated[float, Field(ge=0)] = 0.0
     contact_patch: Annotated[float, Field(ge=0, le=0.5)] = 0.0
 
@@ -73,10 +77,10 @@ class Physics(Part):
 class Lamp(Part):
     """Light and sensor of a view. ``lamp_half_angle_deg`` bounds the bright core of the cavity."""
 
-    level: Positive = 0.75
+    level: Annotated[float, Field(gt=0, le=10)] = 0.75
     gradient: tuple[float, float] = (0.08, -0.05)
     vignette: Annotated[float, Field(ge=0)] = 0.1
-    noise: Annotated[float, Field(ge=0)] = 0.01
+    noise: Annotated[float, Field(ge=0, le=1)] = 0.01
     shot_share: Share = 0.6
     psf_px: Annotated[float, Field(ge=0.3, le=4)] = 1.0
     dark: Share = 0.06
@@ -91,7 +95,7 @@ class Camera(Part):
     scale_px_per_m: Positive
     center_x_px: float | None = None
     surface_y_px: float | None = None
-    fps: Positive = 2000.0
+    fps: Annotated[float, Field(ge=0.01, le=1e7)] = 2000.0
     exposure_s: Annotated[float, Field(ge=0)] = 1.0e-4
     bits: Literal[8, 12, 16] = 8
     format: Literal["png", "tiff", "mraw"] = "png"
@@ -135,7 +139,7 @@ class Clip(Part):
 
     before_s: Annotated[float, Field(ge=0)] = 0.008
     after_pinch_off_s: float = 0.008
-    longest_s: Positive = 0.2
+    longest_s: Annotated[float, Field(gt=0, le=1000)] = 0.2
     impact_phase: Share | None = None
 
 
@@ -147,8 +151,8 @@ class Scene(Part):
     condition: str | None = None
     seed: int
     sphere: Ball
-    impact_speed_m_s: Positive | None = None
-    height_m: Positive | None = None
+    impact_speed_m_s: Speed | None = None
+    height_m: Length | None = None
     physics: Physics = Physics()
     side: Camera | None = None
     top: Camera | None = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
 
 # A sphere that rings from its release stays within a few per cent of round.
 FAR_FROM_ROUND, HIGH, FEW_FRAMES = 0.1, 0.2, 3
+LAST_FRAMES = 4
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -87,8 +90,19 @@ def _radius_range(drop: Drop) -> tuple[float, float]:
 def _surface(drop: Drop, ground: Background, seed: Path | None) -> SurfaceRow:
     """The row of y = 0: given, or found below the sphere in the empty scene."""
     view = drop.view("side")
-    if view.surface_y_px != "auto":
-        return SurfaceRow(float(view.surface_y_px), view.surface_y_px_unc or 0.3, 3.0, math.nan, "ok")
+    found = _found_surface(drop, ground, seed)
+    if view.surface_y_px == "auto":
+        return found
+    given = SurfaceRow(float(view.surface_y_px), view.surface_y_px_unc or 0.3, 3.0, math.nan, "ok")
+    if found.status == "ok" and abs(given.y_px - found.y_px) > 4.0 * given.unc_px + found.thickness_px:
+        logger.warning(
+            f"{drop.name}: views.side.surface_y_px is {given.y_px:g}, but the picture shows a surface at row "
+            f"{found.y_px:.1f}; heights, impact and speeds go by the one that was given"
+        )
+    return given
+
+
+def _found_surface(drop: Drop, ground: Background, seed: Path | None) -> SurfaceRow:
     middle = seed.shapes[-1].x if seed is not None else None
     if drop.experiment.kind == "surface_impact":
         return find_plate(ground.level, x_px=middle)
@@ -164,6 +178,11 @@ def _measure_plate(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     exposure = exposure_frames(drop, "side", clip)
     scene = PlateScene(plate.y_px, drop.experiment.deformable, fitting_level(drop, ground), exposure, air)
     track = track_plate(clip, ground, seed, scene)
+    problem = ""
+    if plate.status != "ok" and _still_falls(track.sightings):
+        problem = (
+            "no plate was found, and the sphere falls to the end of the clip: check kind and views.side.surface_y_px"
+        )
     if plate.status != "ok":
         plate = SurfaceRow(track.turning_px, 1.0, 0.0, math.nan, "ok")
     scales = find_scales(drop, track.radius, NO_RADIUS, ground)
@@ -173,10 +192,16 @@ def _measure_plate(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     columns = _in_metres(drop, clip, track.sightings, (scales, plate, NO_AXIS))
     _state_radius(columns, track.radius, NO_RADIUS)
     columns = _dated(columns, clip.time_s - impact.time_s)
-    problem = "" if impact.status == "ok" else _why_no_impact(impact, "plate")
+    problem = problem or ("" if impact.status == "ok" else _why_no_impact(impact, "plate"))
     if not problem and _deforms_in_flight(columns, drop.experiment.sphere.radius_m):
         problem = "the sphere deforms long before it meets the plate: check kind and views.side.surface_y_px"
     return SideResult(columns, scales, plate, track.radius, impact, problem)
+
+
+def _still_falls(sightings: Sequence[Sighting]) -> bool:
+    """Whether the lowest point goes down from frame to frame up to the last that shows it."""
+    rows = [best_bottom(item)[0] for item in sightings if item.ok and item.fit is not None][-LAST_FRAMES:]
+    return len(rows) == LAST_FRAMES and bool(np.all(np.diff(rows) > 0.0))
 
 
 def _deforms_in_flight(columns: dict[str, Any], radius_m: float) -> bool:

@@ -217,8 +217,8 @@ def _height(
 ) -> tuple[Height, NDArray[np.float64]]:
     """Height of the centre at the times of the top view, and the stretch, as seen from the side where they were."""
     unknown = np.full(time_s.size, np.nan)
-    if side is None:
-        return fall, unknown
+    if side is None or not set(SIDE_COLUMNS) <= side.columns.keys():
+        return fall, unknown  # not filmed, or nothing was found there
     table = {name: np.asarray(side.columns[name], np.float64) for name in SIDE_COLUMNS}
     stretch = np.where(np.isfinite(table["stretch"]), table["stretch"], 1.0)
     height = table["y_b_m"] + radius_m / stretch**2
