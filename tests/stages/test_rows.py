@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from wentry_cli.stages.track.rows import blurred_stretch
+from wentry_cli.stages.track.rows import blurred_stretch, contradicted_bottom
 
 
 def columns(stretch: np.ndarray, y: np.ndarray) -> dict[str, np.ndarray]:
@@ -30,3 +30,10 @@ def test_gaps_take_the_neighbour_that_is_there() -> None:
     doubt = blurred_stretch(columns(stretch, 20.0 * np.arange(6.0)), 0.2)
     assert doubt[:2] == pytest.approx(0.02 * 4.0 / 100.0)
     assert np.isfinite(doubt).all()
+
+
+def test_a_bottom_with_something_on_it_is_contradicted() -> None:
+    apart = np.array([0.01, 0.0, 0.02, 0.3, 0.01, np.nan])
+    told = {"bottom_y_px": np.full(6, 100.0), "bottom_local_y_px": 100.0 + apart}
+    told |= {"bottom_y_px_unc": np.full(6, 0.01), "bottom_local_y_px_unc": np.full(6, 0.01)}
+    assert contradicted_bottom(told).tolist() == [False, False, False, True, False, False]

@@ -9,14 +9,23 @@ Array = NDArray[np.float64]
 
 
 def centre_height(
-    bottom_m: Array, bottom_unc_m: Array, stretch: Array, stretch_unc: Array, radius_m: float
+    bottom_m: Array,
+    bottom_unc_m: Array,
+    stretch: Array,
+    stretch_unc: Array,
+    radius_m: float,
+    tilt_deg: Array | float = 0.0,
 ) -> tuple[Array, Array]:
     """Return y_c = y_b + R/λ² and its standard uncertainty, m; NaN where y_b or λ is NaN.
+
+    Where the axis leans by ``tilt_deg`` (NaN: not known, and then small) the lowest point lies
+    √((R/λ²)² cos² + (Rλ)² sin²) below the centre: at λ = .8 and 2° the paper's R/λ² is 20 µm too much for 51 mm.
 
     The errors of y_b and λ are taken as independent: y_b comes from the bottom of the outline alone, λ from its width
     or from another camera. δy_c = 2R/λ³ δλ is half a millimetre for 0.01 on a 51 mm sphere, so λ matters most.
     """
-    height = bottom_m + radius_m / stretch**2
+    lean = np.radians(np.nan_to_num(tilt_deg))
+    height = bottom_m + np.hypot(radius_m / stretch**2 * np.cos(lean), radius_m * stretch * np.sin(lean))
     slope = 2.0 * radius_m / stretch**3
     return height, np.hypot(bottom_unc_m, slope * stretch_unc)
 

@@ -132,6 +132,7 @@ def entry_motion(
         mode=drop.experiment.analysis.smoother,
         slow_s=_slow(folder, side, drop),
         fixed_m=_fixed(geometry, column(side, "t_s")),
+        tilt_deg=column(side, "tilt_deg"),
     )
 
 

@@ -12,6 +12,7 @@ from wentry_cli.tracking.sighting import Sighting
 from wentry_cli.tracking.tilt import identified_tilt
 
 SEPARATION_WINDOW = 2
+STUCK, STUCK_PX = 4.0, 0.03
 FIT_COLUMNS = {
     "center_x_px": "center_x_px",
     "center_y_px": "center_y_px",
@@ -54,6 +55,19 @@ def fit_columns(count: int, sightings: Sequence[Sighting]) -> dict[str, NDArray[
                 columns[name][item.frame] = getattr(item.fit, attribute)
             columns["stretch"][item.frame], columns["bottom_y_px"][item.frame] = item.outline
     return columns
+
+
+def contradicted_bottom(columns: dict[str, Any]) -> NDArray[np.bool_]:
+    """Frames in which the bottom alone lies off the whole outline by more than it usually does: something sticks to it.
+
+    For a sphere that keeps its shape; the outline of one that deforms may depart from an ellipse by itself.
+    """
+    apart = columns["bottom_local_y_px"] - columns["bottom_y_px"]
+    if not np.isfinite(apart).any():
+        return np.zeros(apart.shape, dtype=bool)
+    usual = float(np.nanmedian(apart))
+    unc = np.hypot(columns["bottom_local_y_px_unc"], columns["bottom_y_px_unc"])
+    return np.asarray(np.nan_to_num(np.abs(apart - usual)) > STUCK * np.nan_to_num(unc) + STUCK_PX)
 
 
 def blurred_stretch(columns: dict[str, Any], exposure_frames: float) -> NDArray[np.float64]:

@@ -16,7 +16,7 @@ from wentry_cli.imaging.free_surface import SurfaceRow, find_free_surface, find_
 from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.stages.track.axis import NO_AXIS, OpticalAxis, assumed_axis, checked_axis
 from wentry_cli.stages.track.impact import NO_IMPACT, best_bottom, entry_impact
-from wentry_cli.stages.track.rows import blurred_stretch, side_columns
+from wentry_cli.stages.track.rows import blurred_stretch, contradicted_bottom, side_columns
 from wentry_cli.stages.track.scales import NO_SCALES, Scales, find_scales, given_radii, height_unc
 from wentry_cli.tables import vouched
 from wentry_cli.tracking.flight import air_plan, both_ways
@@ -269,7 +269,7 @@ def _in_metres(
         axis = OpticalAxis(clip.opened.middle_px[1], 0.0)
     pixels = PixelMap(scales.air, scales.water, surface.y_px, clip.opened.middle_px[0], axis.y_px)
     local = columns["bottom_local_y_px"]
-    use_local = np.isfinite(local)
+    use_local = np.isfinite(local) & (drop.experiment.deformable | ~contradicted_bottom(columns))
     bottom = np.where(use_local, local, columns["bottom_y_px"])
     doubt = np.full(clip.count, abs(check.stretch_offset))
     for item in sightings:
