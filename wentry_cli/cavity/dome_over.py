@@ -54,7 +54,7 @@ def find_dome_over(t_s: Floats, level: Floats) -> DomeOver:
     if time.size < 8:
         return DomeOver(np.nan, np.nan, "clip_ended" if time.size else "no_edge")
     sphere, splash = float(np.median(values[:3])), float(np.median(values[-STEADY:]))
-    if abs(splash - sphere) < LEAST_CONTRAST * max(abs(splash), abs(sphere)):
+    if abs(splash - sphere) <= LEAST_CONTRAST * max(abs(splash), abs(sphere)):
         return DomeOver(np.nan, np.nan, "no_edge")
     opening = np.sqrt(np.clip((splash - values) / (splash - sphere), 0.0, 1.0))
     still_open, closed = np.flatnonzero(opening > OPEN), np.flatnonzero(opening < CLOSED)

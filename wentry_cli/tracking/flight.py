@@ -9,8 +9,10 @@ from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.imaging.background import Background
 from wentry_cli.tracking.follow import Plan, follow
 from wentry_cli.tracking.prediction import Path, box_around
-from wentry_cli.tracking.sighting import Look, Sighting
+from wentry_cli.tracking.sighting import Look, Sighting, sight
 from wentry_cli.tracking.source import Frames
+
+SOON, MOST_GATED = 8, 0.1  # frames; share of an outline in air that is not the sphere's
 
 VISIBLE_SHARE = 0.45
 
@@ -52,6 +54,19 @@ def air_plan(
         return Look(box, free, motion_px=motion, level=level, bottom=bottom)
 
     return plan
+
+
+def fits_in_air(frames: Frames, ground: Background, path: Path, level: str, exposure_frames: float) -> bool:
+    """Whether the whole outline of the sphere can be measured in the first frame of a path, or soon after it."""
+    plan = air_plan(frames.shape, free="x y R", level=level, exposure_frames=exposure_frames, bottom=False)
+    for index in range(path.frames[0], min(path.frames[0] + SOON, frames.count), 2):
+        guess = path.predict(index)
+        look = plan(index, guess, path.velocity())
+        if not isinstance(look, str):
+            seen = sight(frames, index, ground, guess, look)
+            if seen.ok and seen.fit is not None and seen.fit.gated_fraction < MOST_GATED:
+                return True
+    return False
 
 
 def both_ways(frames: Frames, ground: Background, path: Path, plan: Plan, last: int) -> tuple[list[Sighting], Path]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.errors import FrameUnreadableError
@@ -40,27 +40,32 @@ def find_seed(
     *,
     radius_range: Range = (7.0, math.inf),
     falling: bool = False,
+    fits: Callable[[Path], bool] | None = None,
 ) -> Path | None:
     """Find a frame to start from and return a path through it and a neighbour; None where no sphere is seen.
 
     Looks at the frames in ``indices``, then, should too few show one, at every second frame. What is seen in two frames
     or more with the same radius is the sphere; where it is ``falling``, what rises is none: its mirror image in the
     surface comes up to meet it. The path starts where most of the outline is seen, so that a sphere cut by the rim of
-    the frame is followed from later.
+    the frame is followed from later, and where it ``fits``, if it does anywhere: a sphere and its image look like one
+    round thing as they meet.
     """
     sights = _look_through(frames, ground, indices, radius_range)
     agreeing = _agreeing(sights)
-    if len({index for index, _ in agreeing}) < FEWEST_AGREEING or _dwarfed(agreeing, sights):
+    able = [item for item in agreeing if not falling or _falls(item, agreeing)]
+    if not able or len({index for index, _ in agreeing}) < FEWEST_AGREEING or _dwarfed(agreeing, sights):
         every_second = range(0, min(frames.count, 2 * LONGEST_SCAN), 2)
         agreeing = _agreeing(_look_through(frames, ground, every_second, radius_range))
-    if falling:
-        agreeing = [item for item in agreeing if _falls(item, agreeing)] or agreeing
+        able = [item for item in agreeing if not falling or _falls(item, agreeing)]
+    agreeing = able or agreeing
+    first: Path | None = None
     for index, seen in sorted(agreeing, key=lambda item: -min(item[1].span_deg, WHOLE_DEG)):
         for neighbour in (index + 1, index - 1):
             path = _pair(frames, ground, (index, seen), neighbour)
-            if path is not None:
+            if path is not None and (fits is None or fits(path)):
                 return path
-    return None
+            first = first or path
+    return first
 
 
 def _look_through(frames: Frames, ground: Background, indices: Iterable[int], radius_range: Range) -> Sights:
@@ -100,14 +105,17 @@ def _dwarfed(group: Sights, seen: Sights) -> bool:
 
 
 def _falls(sight: tuple[int, Candidate], group: Sights) -> bool:
-    """Whether the next frame shows something as low as this, and the one before something as high, in one column."""
+    """Whether the next frame shows something as low as this in its column; behind the last, the one before as high.
+
+    Above its mirror image, which rises and goes on below it, a sphere falls; what is lowest and rises is the image.
+    """
     index, seen = sight
     aligned = [(at, item.y) for at, item in group if abs(item.x - seen.x) < seen.radius and at != index]
     later = min((at for at, _ in aligned if at > index), default=None)
     earlier = max((at for at, _ in aligned if at < index), default=None)
-    goes_on = later is None or max(y for at, y in aligned if at == later) > seen.y - STILL_PX
-    came = earlier is None or min(y for at, y in aligned if at == earlier) < seen.y + STILL_PX
-    return goes_on and came
+    if later is not None:
+        return max(y for at, y in aligned if at == later) > seen.y - STILL_PX
+    return earlier is None or min(y for at, y in aligned if at == earlier) < seen.y + STILL_PX
 
 
 def _pair(frames: Frames, ground: Background, seed: tuple[int, Candidate], neighbour: int) -> Path | None:

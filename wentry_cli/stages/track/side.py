@@ -19,7 +19,7 @@ from wentry_cli.stages.track.impact import NO_IMPACT, best_bottom, entry_impact
 from wentry_cli.stages.track.rows import blurred_stretch, contradicted_bottom, side_columns
 from wentry_cli.stages.track.scales import NO_SCALES, Scales, find_scales, given_radii, height_unc
 from wentry_cli.tables import vouched
-from wentry_cli.tracking.flight import air_plan, both_ways
+from wentry_cli.tracking.flight import air_plan, both_ways, fits_in_air
 from wentry_cli.tracking.impact import Impact
 from wentry_cli.tracking.plate import PlateScene, track_plate
 from wentry_cli.tracking.prediction import Path, plausible
@@ -58,7 +58,11 @@ class SideResult:
 def measure_side(drop: Drop, clip: Clip, ground: Background, sampled: list[int]) -> SideResult:
     """Track the side view and turn what was seen into metres and seconds."""
     falling = drop.experiment.kind != "free_flight"
-    seed = find_seed(clip, ground, sampled, radius_range=_radius_range(drop), falling=falling)
+    level, exposure = fitting_level(drop, ground), exposure_frames(drop, "side", clip)
+    seed = find_seed(
+        clip, ground, sampled, radius_range=_radius_range(drop), falling=falling,
+        fits=lambda path: fits_in_air(clip, ground, path, level, exposure),
+    )  # fmt: skip
     if seed is None:
         nothing = side_columns(clip.count, [])
         problem = (
