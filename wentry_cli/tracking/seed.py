@@ -110,6 +110,9 @@ def _falls(sight: tuple[int, Candidate], group: Sights) -> bool:
     Above its mirror image, which rises and goes on below it, a sphere falls; what is lowest and rises is the image.
     """
     index, seen = sight
+    column = [item for at, item in group if at == index and abs(item.x - seen.x) < seen.radius]
+    if min(item.y for item in column) < seen.y - seen.radius:
+        return False  # the sphere is the upper of the two
     aligned = [(at, item.y) for at, item in group if abs(item.x - seen.x) < seen.radius and at != index]
     later = min((at for at, _ in aligned if at > index), default=None)
     earlier = max((at for at, _ in aligned if at < index), default=None)

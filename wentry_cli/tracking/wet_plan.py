@@ -20,6 +20,7 @@ UNKNOWN_SEPARATION = 0.3
 LEAST_OBLATE = 0.05
 HIGHEST_SEPARATION = -0.5
 DEEPEST_SEPARATION = 0.6
+TELLING = 0.6
 
 
 @dataclass(frozen=True)
@@ -96,12 +97,12 @@ class WetPlan:
         return max(guess.y + line * guess.semi_along, self.scene.ceiling_px)
 
     def _whole_rigid(self, guess: EllipseShape) -> bool:
-        """Whether a rigid sphere is in the water to its middle.
+        """Whether a rigid sphere is so far in the water that a third of its outline tells its radius.
 
         A deformable sphere makes up for a wrong radius by its stretch and still agrees with the outline; a rigid one
         does not, so that a radius from the air is never seen to tell enough.
         """
-        return not self.scene.deformable and guess.y > self.scene.ceiling_px
+        return not self.scene.deformable and guess.bottom_y > self.scene.ceiling_px + TELLING * guess.radius
 
     def __call__(self, index: int, guess: EllipseShape, velocity: tuple[float, float]) -> Look | str:
         """Decide on one frame."""
