@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.imaging.background import Background
 from wentry_cli.imaging.free_surface import SurfaceRow, find_free_surface, find_plate
+from wentry_cli.kinematics.centre import centre_height
 from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.stages.track.axis import NO_AXIS, OpticalAxis, assumed_axis, checked_axis
 from wentry_cli.stages.track.impact import NO_IMPACT, best_bottom, entry_impact
@@ -163,8 +164,10 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
 def _centre_m(columns: dict[str, Any], drop: Drop) -> NDArray[np.float64]:
     """Heights of the centre, NaN where the frame is not ok."""
     ok = np.array([word == "ok" for word in columns["status"]])
-    stretch = columns["stretch"] if drop.experiment.deformable else 1.0
-    return np.where(ok, columns["y_b_m"] + drop.experiment.sphere.radius_m / stretch**2, np.nan)
+    stretch = columns["stretch"] if drop.experiment.deformable else np.ones(len(ok))
+    bottom = columns["y_b_m"], columns["y_b_m_unc"]
+    radius_m, tilt_deg = drop.experiment.sphere.radius_m, columns["tilt_deg"]
+    return np.where(ok, centre_height(*bottom, stretch, columns["stretch_unc"], radius_m, tilt_deg)[0], np.nan)
 
 
 def _why_no_impact(impact: Impact, target: str) -> str:
@@ -183,11 +186,9 @@ def _measure_plate(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     scene = PlateScene(plate.y_px, drop.experiment.deformable, fitting_level(drop, ground), exposure, air)
     track = track_plate(clip, ground, seed, scene)
     problem = ""
-    if plate.status != "ok" and _still_falls(track.sightings):
-        problem = (
-            "no plate was found, and the sphere falls to the end of the clip: check kind and views.side.surface_y_px"
-        )
     if plate.status != "ok":
+        if _still_falls(track.sightings):
+            problem = "no plate was found, and the sphere falls to the end: check kind and views.side.surface_y_px"
         plate = SurfaceRow(track.turning_px, 1.0, 0.0, math.nan, "ok")
     scales = find_scales(drop, track.radius, NO_RADIUS, ground)
     flying = [item for item in track.sightings if item.free_fit is not None or best_bottom(item)[2] > 0]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.imaging.background import Background
+from wentry_cli.kinematics.centre import centre_height
 from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.stages.track.rows import fit_columns, frame_status
 from wentry_cli.stages.track.side import SideResult, exposure_frames, fitting_level
@@ -221,8 +222,8 @@ def _height(
         return fall, unknown  # not filmed, or nothing was found there
     table = {name: np.asarray(side.columns[name], np.float64) for name in SIDE_COLUMNS}
     stretch = np.where(np.isfinite(table["stretch"]), table["stretch"], 1.0)
-    height = table["y_b_m"] + radius_m / stretch**2
-    unc = np.hypot(table["y_b_m_unc"], 2.0 * radius_m / stretch**3 * np.nan_to_num(table["stretch_unc"]))
+    doubt = np.nan_to_num(table["stretch_unc"])
+    height, unc = centre_height(table["y_b_m"], table["y_b_m_unc"], stretch, doubt, radius_m)
     t_side = table["t_s"] + side.impact.time_s
     good = np.isfinite(height) & np.isfinite(unc) & np.isfinite(t_side)
     if np.count_nonzero(good) < 2:
