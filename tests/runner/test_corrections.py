@@ -6,27 +6,14 @@ from pathlib import Path
 
 import pytest
 
+from tests.runner.conftest import EXPERIMENT
 from wentry_cli.config.campaign import Drop, read_drop
 from wentry_cli.errors import ConfigurationError
 from wentry_cli.pipeline import STAGES
 from wentry_cli.runner.in_clip import check_before, check_heights, check_times
 from wentry_cli.tables import new_table, write_table
 
-EXPERIMENT = """\
-kind: water_entry
-sphere: {diameter_m: 0.051, density_kg_m3: 1070, material: rigid}
-views:
-  side: {source: side, fps: 2000}
-"""
 STAGE = {stage.name: stage for stage in STAGES}
-
-
-@pytest.fixture
-def drop(tmp_path: Path) -> Drop:
-    folder = tmp_path / "video"
-    (folder / "side").mkdir(parents=True)
-    (folder / "experiment.yaml").write_text(EXPERIMENT)
-    return read_drop("video", folder)
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.runner.conftest import EXPERIMENT
 from wentry_cli.config.campaign import Drop, read_drop
 from wentry_cli.config.corrections import read_corrections
 from wentry_cli.errors import InputError, LockedError, TooFewMeasurementsError
@@ -24,22 +25,8 @@ from wentry_cli.runner.record import write_drop, write_run
 from wentry_cli.runner.status import campaign_status
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 
-EXPERIMENT = """\
-kind: water_entry
-sphere: {diameter_m: 0.051, density_kg_m3: 1070, material: rigid}
-views:
-  side: {source: side, fps: 2000}
-"""
 ALL = Choice()
 TWO = [stage for stage in STAGES if stage.name in ("ingest", "track")]
-
-
-@pytest.fixture
-def drop(tmp_path: Path) -> Drop:
-    folder = tmp_path / "video"
-    (folder / "side").mkdir(parents=True)
-    (folder / "experiment.yaml").write_text(EXPERIMENT)
-    return read_drop("video", folder)
 
 
 @pytest.fixture
