@@ -113,3 +113,20 @@ def test_doubled_frames_are_said(drop: Path, tmp_path: Path, caplog: pytest.LogC
         second.write_bytes(first.read_bytes())
     ingest.run(tmp_path / "again", read_drop("drop", drop))
     assert f"drop: 3 of {len(images)} frames of the side view equal the frame before" in caplog.text
+    status = read_table(tmp_path / "again", "frames").status
+    assert list(status[:7]) == ["ok", "bad_frame"] * 3 + ["ok"]
+
+
+def test_a_raw_frame_that_repeats_the_one_before_is_told_by_all_of_it(tmp_path: Path) -> None:
+    """Strips stand for a raw frame; where they agree the whole frame decides."""
+    folder = render(tmp_path / "drop", clip=CLIP, side=SIDE | {"format": "mraw", "bits": 16})
+    raw = folder / "side.mraw"
+    pixels = np.fromfile(raw, "<u2").reshape(-1, SIDE["height"], SIDE["width"])
+    pixels[3] = pixels[2]
+    pixels[5] = pixels[4]
+    pixels[5, 0, 0] += 1
+    pixels.tofile(raw)
+    ingest.run(tmp_path / "out", read_drop("drop", folder))
+    status = read_table(tmp_path / "out", "frames").status
+    assert status[3] == "bad_frame"
+    assert set(status.drop(3)) == {"ok"}

@@ -136,8 +136,10 @@ def _numbers(folder: Path, truth: dict[str, Any]) -> Iterator[Comparison]:
     for key, column in WORDS:
         if key in truth:
             measured, wanted = _word(row[column]), _word(truth[key])
-            hit = measured == wanted
-            errors = error_statistics(np.array([1.0 if hit else 0.0]), np.array([1.0]))
+            # nothing said of what there was is no wrong word, and nothing said of nothing is a right one
+            silent = np.nan if wanted else 1.0
+            hit = float(measured == wanted) if measured else silent
+            errors = error_statistics(np.array([hit]), np.array([1.0]))
             yield Comparison(folder.name, "summary", column, "–", errors, f"{measured or '–'}; truth {wanted or '–'}")
 
 
@@ -152,7 +154,7 @@ def _peaks(folder: Path, peaks: list[float]) -> Iterator[Comparison]:
 
 
 def _word(value: Any) -> str:
-    return "" if value is None or pd.isna(value) else str(value)
+    return "" if value is None or pd.isna(value) or value == "none" else str(value)
 
 
 def _unit(table: str, column: str) -> str:

@@ -100,25 +100,30 @@ def _strips(info: RecordingInfo) -> list[Region] | None:
 
 
 class _Looks:
-    """Levels of the frames of one view, and how many frames equal the one before bit by bit."""
+    """Levels of the frames of one view, and which frames equal the one before bit by bit."""
 
     def __init__(self, opened: OpenView) -> None:
         strips = _strips(opened.info)
         self._opened = opened
         self._wanted: list[Region | None] = [None] if strips is None else [*strips]
-        self._last: tuple[list[Frame], list[int]] = ([], [])
-        self.repeats = 0
+        self._last: tuple[list[Frame], list[int], int] = ([], [], -1)
+        self.repeated: list[int] = []
 
     def level(self, index: int) -> tuple[float, float]:
         """Mean level and share of clipped pixels; raises ``FrameUnreadableError``."""
         parts = [self._opened.recording.read(index, region) for region in self._wanted]
         found = [sum_and_clipped(part, int(self._opened.full_scale)) for part in parts]
         sums, size = [total for total, _ in found], sum(part.size for part in parts)
-        before, before_sums = self._last
+        before, before_sums, last = self._last
         if sums == before_sums and all(np.array_equal(*pair) for pair in zip(parts, before, strict=True)):
-            self.repeats += 1
-        self._last = parts, sums
+            whole = self._wanted == [None] or self._equal(index, last)
+            self.repeated += [index] if whole else []
+        self._last = parts, sums, index
         return sum(sums) / size, sum(clipped for _, clipped in found) / size
+
+    def _equal(self, index: int, other: int) -> bool:
+        recording = self._opened.recording
+        return bool(np.array_equal(recording.read(index), recording.read(other)))
 
 
 def _view_rows(drop: Drop, name: str, done: int) -> dict[str, Any]:
@@ -137,11 +142,14 @@ def _view_rows(drop: Drop, name: str, done: int) -> dict[str, Any]:
                 status[index] = error.status
             if index % 32 == 0:
                 tick(done + index, done + count)
-        if looks.repeats:
+        if looks.repeated:
+            # what such a frame shows is not of its own time
+            for index in looks.repeated:
+                status[index] = "bad_frame"
             logger.warning(
-                "%s: %d of %d frames of the %s view equal the frame before bit by bit, which no camera does; "
-                "export the recording again, or its times and speeds are wrong",
-                drop.name, looks.repeats, count, name,
+                "%s: %d of %d frames of the %s view equal the frame before bit by bit (the first is frame %d), which "
+                "no camera does; they are left out; export the recording again, or times and speeds may be wrong",
+                drop.name, len(looks.repeated), count, name, looks.repeated[0],
             )  # fmt: skip
         return {
             "view": [name] * count,

@@ -51,20 +51,35 @@ def find_separation(course: Course, now: Instant) -> float:
 
 
 def is_measurable(course: Course, now: Instant, separation_m: float) -> bool:
-    """Whether the side view shows the sphere: all of it before impact, at least a fifth of its outline after."""
+    """Whether the side view shows the sphere: all of it before impact, at least a fifth of its outline after.
+
+    What is wet, below the dark band of the surface and not in front of the sphere's own mirror image is shown.
+    """
     camera = course.scene.side
     if camera is None:
         return shows_circle(course, now.t)
     view = place_side(course.scene)
-    shown = now.outline
+    pixels = view.to_water(now.outline) if now.t > 0.0 else view.to_air(now.outline)
     if np.isfinite(separation_m):
-        shown = now.outline[now.outline[:, 1] < min(separation_m, 0.0)]
-        if len(shown) < LEAST_ARC * len(now.outline):
+        switches = course.scene.switches
+        shown = now.outline[:, 1] < min(separation_m, 0.0)
+        shown &= pixels[:, 1] > view.surface_y_px + 0.5 * switches.surface_band_px
+        if switches.mirror_image:
+            shown &= ~_before_image(now.outline)
+        if shown.sum() < LEAST_ARC * len(shown):
             return False
-    pixels = view.to_water(shown) if now.t > 0.0 else view.to_air(shown)
+        pixels = pixels[shown]
     inside = (pixels[:, 0] > 2.0) & (pixels[:, 0] < camera.width - 3.0)
     inside &= (pixels[:, 1] > 2.0) & (pixels[:, 1] < camera.height - 3.0)
     return bool(inside.all())
+
+
+def _before_image(outline: Floats) -> NDArray[np.bool_]:
+    """Which points of an outline, in metres, lie within the mirror image of what of it is above the surface."""
+    middle = float(outline[:, 0].mean())
+    order = np.argsort(outline[:, 1])
+    half_width = np.interp(-outline[:, 1], outline[order, 1], np.abs(outline[order, 0] - middle), left=0.0, right=0.0)
+    return np.asarray((outline[:, 1] < 0.0) & (np.abs(outline[:, 0] - middle) < half_width))
 
 
 def tabulate_side(course: Course, times: Floats) -> list[dict[str, Any]]:

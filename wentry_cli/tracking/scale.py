@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+EDGE_MODEL_PX = 0.001
 COMMON_MEDIUM = 0.004
 
 
@@ -84,7 +85,8 @@ def pool_radius(radius_px: ArrayLike, unc_px: ArrayLike, *, correlated_over: int
 
     Frames further than 4 scaled median deviations from the median are left out. The uncertainty is that of the
     weights or that of the scatter, whichever is larger; a scatter that is slow in time (a shape that is no ellipse
-    oscillates with the sphere) counts as one independent value per ``correlated_over`` frames.
+    oscillates with the sphere) counts as one independent value per ``correlated_over`` frames. What the model of an
+    edge leaves out, a thousandth of a pixel, no number of frames averages away.
     """
     radius, unc = np.asarray(radius_px, np.float64), np.asarray(unc_px, np.float64)
     good = np.isfinite(radius) & np.isfinite(unc) & (unc > 0)
@@ -99,8 +101,8 @@ def pool_radius(radius_px: ArrayLike, unc_px: ArrayLike, *, correlated_over: int
     value = float(np.sum(weight * radius) / np.sum(weight))
     scatter = math.sqrt(float(np.sum(weight * (radius - value) ** 2) / np.sum(weight)))
     independent = max(1.0, radius.size / correlated_over)
-    formal = 1.0 / math.sqrt(float(np.sum(weight)))
-    return PooledRadius(value, max(formal, scatter / math.sqrt(independent)), int(radius.size), scatter)
+    by_chance = max(1.0 / math.sqrt(float(np.sum(weight))), scatter / math.sqrt(independent))
+    return PooledRadius(value, math.hypot(by_chance, EDGE_MODEL_PX), int(radius.size), scatter)
 
 
 def merge_media(air: PooledRadius, water: PooledRadius) -> tuple[PooledRadius, PooledRadius]:

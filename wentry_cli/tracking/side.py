@@ -18,6 +18,7 @@ from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.imaging.background import Background
 from wentry_cli.tracking.flight import air_plan, both_ways
 from wentry_cli.tracking.follow import Plan, Watch, follow
+from wentry_cli.tracking.mirror import NO_MIRROR, Mirror, find_mirror, stands_out, without_rising
 from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius, merge_media
 from wentry_cli.tracking.shape_check import NO_CHECK, ShapeCheck, check_shape, corrected_radius, learn_departure
@@ -42,6 +43,7 @@ class SideTrack:
     radius_air: PooledRadius
     radius_water: PooledRadius
     check: ShapeCheck = NO_CHECK
+    mirror: Mirror = NO_MIRROR
 
 
 def track_side(frames: Frames, ground: Background, seed: Path, scene: SideScene) -> SideTrack:
@@ -68,7 +70,8 @@ def track_side(frames: Frames, ground: Background, seed: Path, scene: SideScene)
         dry = _look_again(frames, ground, dry, plan, departure)
         air = scene.radius_air if scene.radius_air.known else pool_sightings(dry, wet=False)
         dry = constrain(dry, air, wet=False)
-    below = WetTracker(frames, ground, scene, dry, departure)
+    mirror = find_mirror(frames, ground, dry, scene.surface_px, scene.band_px, scene.level)
+    below = WetTracker(frames, ground, scene, dry, departure, mirror)
     wet, water, check = below.track(path, range(dry[-1].frame + 1, frames.count))
     if not scene.radius_air.known:
         air, water = merge_media(air, water)
@@ -76,7 +79,7 @@ def track_side(frames: Frames, ground: Background, seed: Path, scene: SideScene)
     if not water.known:
         # there may or may not be a wall before the water
         water = replace(air, unc=max(air.unc, UNKNOWN_WALL * air.value))
-    return SideTrack([*dry, *below.settle(wet, water)], air, water, check)
+    return SideTrack([*dry, *without_rising(below.settle(wet, water), mirror)], air, water, check, mirror)
 
 
 def _until_contact(plan: Plan, scene: SideScene) -> Plan:
@@ -118,11 +121,18 @@ class WetTracker:
     """Tracks below the surface: first with a free radius, then with that of the first frames, then with that of all."""
 
     def __init__(
-        self, frames: Frames, ground: Background, scene: SideScene, dry: list[Sighting], departure: Departure
+        self,
+        frames: Frames,
+        ground: Background,
+        scene: SideScene,
+        dry: list[Sighting],
+        departure: Departure,
+        mirror: Mirror,
     ) -> None:
-        """Take the clip, the sightings in air, and how they say that the sphere departs from an ellipse."""
+        """Take the clip, the sightings in air, how they say that the sphere departs from an ellipse, and its image."""
         self.frames, self.ground, self.scene, self.dry, self.departure = frames, ground, scene, dry, departure
         self.plan = WetPlan(scene, frames.shape, known=scene.radius_water.known, departure=departure)
+        self.mirror = mirror
         self.check = NO_CHECK
         self.darkness = float(np.median([item.inside for item in dry if item.ok])) if dry else math.nan
 
@@ -163,7 +173,7 @@ class WetTracker:
         frames = [item.frame for item in self.dry if item.ok]
         if len(good) < 2 or sighting.fit is None:
             return True
-        if sighting.inside > self.darkness + BRIGHTER:
+        if sighting.inside > self.darkness + BRIGHTER or stands_out(sighting, self.mirror):
             return False
         speed = (good[-1].bottom_y_px - good[0].bottom_y_px) / (frames[-1] - frames[0])
         falls = speed * (sighting.frame - frames[-1])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -146,6 +146,8 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
         water,
     )
     track = track_side(clip, ground, seed, scene)
+    if track.mirror.is_surface and drop.view("side").surface_y_px == "auto":
+        surface = replace(surface, y_px=track.mirror.y_px, unc_px=track.mirror.unc_px)
     scales = find_scales(drop, track.radius_air, track.radius_water, ground)
     impact = entry_impact(drop, clip, track.sightings, (surface, scales.air))
     axis = assumed_axis(drop, clip.opened.middle_px)
