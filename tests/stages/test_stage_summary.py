@@ -115,6 +115,18 @@ def test_forces_of_a_soft_sphere(tmp_path: Path) -> None:
     assert forces["force_coefficient"].isna().iloc[-1]
 
 
+@pytest.mark.parametrize("smoother", ["impact_aware", "gcv", "epps"])
+@pytest.mark.parametrize("material", ["soft", "rigid"])
+def test_the_impact_speed_is_that_of_the_fall_whatever_the_smoother(
+    tmp_path: Path, smoother: str, material: str
+) -> None:
+    known = motion(amplitude=0.3 if material == "soft" else 0.0)
+    row = run(tmp_path, make_drop(material=material, analysis={"smoother": smoother}), known)
+    noise = math.sqrt(row["impact_speed_m_s_unc"] ** 2 - (0.002 * 5.0) ** 2)
+    assert 0.0003 < noise < 0.006
+    assert abs(row["impact_speed_m_s"] - known.u0) < 3.0 * noise
+
+
 def test_a_rigid_sphere(tmp_path: Path) -> None:
     known = motion(amplitude=0.0)
     row = run(tmp_path, make_drop(material="rigid"), known)

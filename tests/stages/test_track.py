@@ -12,7 +12,7 @@ from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.errors import InputError, TooFewMeasurementsError
 from wentry_cli.stages import kinematics
 from wentry_cli.stages.track import side as side_view
-from wentry_cli.stages.track.side import _without_impossible
+from wentry_cli.stages.track.side_result import _without_impossible
 from wentry_cli.tables import has_table, read_table
 from wentry_cli.tracking.prediction import Path as Prediction
 

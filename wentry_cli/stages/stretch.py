@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wentry_cli.kinematics.merging import find_offset, merge_stretch
+from wentry_cli.kinematics.merging import MergedStretch, find_offset, merge_stretch
 from wentry_cli.kinematics.oscillation import Extremum, Oscillation, Period, find_oscillation
 from wentry_cli.stages.inputs.columns import column
 from wentry_cli.tables import has_table, new_table, read_table, write_table
@@ -19,7 +20,9 @@ if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
 
 Array = NDArray[np.float64]
+logger = logging.getLogger(__name__)
 LATEST_PEAK = 1.4  # periods after a peak at which the next one must have been seen, were it there to be seen
+COMMON_FRAMES, APART, CLEARLY = 5, 0.01, 4.0  # beyond these, 1 and standard uncertainties, two views disagree
 UNUSABLE = ("no_object", "poor_fit", "bad_frame", "gap")
 
 
@@ -62,6 +65,7 @@ def _merge(views: dict[str, pd.DataFrame], dome_over: float, drop: Drop) -> pd.D
         if "side" in views:
             top_times = top_times + _refined_offset(times, side, top_times, top)
     merged = merge_stretch(times, side, top_times, top, dome_over_s=dome_over)
+    _compare_views(drop.name, merged, (side[1], top[1]))
     if np.any(merged.source == "both"):
         slow = 0.5 * find_oscillation(times, merged.stretch, merged.stretch_unc).free_period_s[0]
         if np.isfinite(slow):
@@ -78,6 +82,20 @@ def _merge(views: dict[str, pd.DataFrame], dome_over: float, drop: Drop) -> pd.D
             "stretch_side": merged.side,
         },
     )
+
+
+def _compare_views(name: str, merged: MergedStretch, uncertainties: tuple[Array, Array]) -> None:
+    """Warn where the two views see different λ(t) in the frames that both measure."""
+    apart = np.abs(merged.top - merged.side)[merged.source == "both"]
+    if apart.size < COMMON_FRAMES:
+        return
+    usual, unc = float(np.median(apart)), sum(float(np.nanmedian(one)) for one in uncertainties)
+    if usual > max(APART, CLEARLY * unc):
+        logger.warning(
+            "%s: λ of the top view and of the side view differ by %.3f in the %d frames that both measure, far beyond "
+            "their uncertainties; check views.top: offset_s, fps, scale_px_per_m, camera_distance_m",
+            name, usual, apart.size,
+        )  # fmt: skip
 
 
 def _refined_offset(times: Array, side: tuple[Array, Array], top_times: Array, top: tuple[Array, Array]) -> float:

@@ -29,6 +29,7 @@ from wentry_cli.tracking.wet_radius import constrain, pool_sightings
 
 PILOT_FRAMES = 24
 UNKNOWN_WALL = 0.04
+DEFORMED, LEAST_DEFORMED = 0.03, 3
 BRIGHTER = 0.15  # of the ground: more is not the sphere that fell
 
 
@@ -36,7 +37,8 @@ BRIGHTER = 0.15  # of the ground: more is not the sphere that fell
 class SideTrack:
     """Sightings in the order of the frames, the pooled radii in px, and how far the sphere is from an ellipse.
 
-    Frames that are missing were never reached.
+    Frames that are missing were never reached. ``deformed`` is the stretch, less 1, of a sphere that was called
+    rigid and is not; 0 where it keeps its shape.
     """
 
     sightings: list[Sighting]
@@ -44,6 +46,7 @@ class SideTrack:
     radius_water: PooledRadius
     check: ShapeCheck = NO_CHECK
     mirror: Mirror = NO_MIRROR
+    deformed: float = 0.0
 
 
 def track_side(frames: Frames, ground: Background, seed: Path, scene: SideScene) -> SideTrack:
@@ -79,7 +82,13 @@ def track_side(frames: Frames, ground: Background, seed: Path, scene: SideScene)
     if not water.known:
         # there may or may not be a wall before the water
         water = replace(air, unc=max(air.unc, UNKNOWN_WALL * air.value))
-    return SideTrack([*dry, *without_rising(below.settle(wet, water), mirror)], air, water, check, mirror)
+    seen = without_rising(below.settle(wet, water), mirror)
+    deformed = 0.0 if scene.deformable or _mostly_ok(seen) else below.deformation(water)
+    return SideTrack([*dry, *seen], air, water, check, mirror, deformed)
+
+
+def _mostly_ok(seen: list[Sighting]) -> bool:
+    return sum(item.ok for item in seen) > 0.5 * len(seen)
 
 
 def _until_contact(plan: Plan, scene: SideScene) -> Plan:
@@ -188,6 +197,21 @@ class WetTracker:
                 self.frames, self.ground, self.dry, seen, self.scene.level, departure=self.departure
             )
         return corrected_radius(pooled, self.check)
+
+    def deformation(self, water: PooledRadius) -> float:
+        """How far λ departs from 1 in the first frames below the surface, were it left free; 0 where it does not."""
+        path = Path(water.value)
+        for item in [item for item in self.dry if item.ok][-3:]:
+            assert item.fit is not None
+            path.add(item.frame, item.fit.shape)
+        soft = replace(self.scene, deformable=True, radius_water=water)
+        plan = WetPlan(soft, self.frames.shape, known=True)
+        first = self.dry[-1].frame + 1
+        order = range(first, min(first + PILOT_FRAMES, self.frames.count))
+        seen = follow(self.frames, self.ground, path, order, plan, Watch(plan.learn, self._believable))
+        off = [item.fit.stretch - 1.0 for item in seen if item.ok and item.fit is not None]
+        largest = max(off, key=abs, default=0.0)
+        return largest if abs(largest) > DEFORMED and len(off) >= LEAST_DEFORMED else 0.0
 
     def settle(self, seen: list[Sighting], water: PooledRadius) -> list[Sighting]:
         """Give all sightings the final radius.

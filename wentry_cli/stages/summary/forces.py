@@ -25,7 +25,7 @@ from wentry_cli.stages.summary.speeds import (
     scale_from_diameter,
     scale_uncertainties,
     velocity_at,
-    velocity_before_impact,
+    velocity_at_impact,
 )
 from wentry_cli.tables import has_table, new_table, read_table
 
@@ -48,7 +48,8 @@ def forces_table(folder: Path, drop: Drop, speeds: Speeds, t_p_s: float) -> pd.D
     source = speeds.source or preferred_sources(drop)[0]
     periods = read_table(folder, "periods")
     table, scale_unc = read_table(folder, source), _scale_unc(folder, drop)
-    rows = [_row({str(k): v for k, v in p.items()}, table, bodies, scale_unc) for _, p in periods.iterrows()]
+    before = velocity_at_impact(table, folder, drop)
+    rows = [_row({str(k): v for k, v in p.items()}, table, bodies, scale_unc, before) for _, p in periods.iterrows()]
     columns: dict[str, Any] = {name: [row.get(name) for row in rows] for name in _names(rows)}
     if rows:
         columns["t_mid_over_tp"] = np.array([number(row, "t_mid_s") for row in rows]) / t_p_s
@@ -107,8 +108,8 @@ def _coefficients(found: ForceCoefficient) -> dict[str, Any]:
     }
 
 
-def _row(period: Row, table: pd.DataFrame, bodies: list[Body], scale_unc: float) -> Row:
-    """C̄_F of one period; empty where an end, a velocity or the peak is not known."""
+def _row(period: Row, table: pd.DataFrame, bodies: list[Body], scale_unc: float, before: tuple[float, float]) -> Row:
+    """C̄_F of one period; empty where an end, a velocity or the peak is not known. ``before`` is v_c at impact."""
     row: Row = {"period": int(number(period, "period", 1.0))}
     start, end = number(period, "t_start_s"), number(period, "t_end_s")
     peak, peak_unc = number(period, "stretch_peak"), number(period, "stretch_peak_unc", 0.0)
@@ -116,7 +117,7 @@ def _row(period: Row, table: pd.DataFrame, bodies: list[Body], scale_unc: float)
         return row
     row["t_mid_s"] = 0.5 * (start + end)
     first = start <= 0.0
-    velocity = [velocity_before_impact(table) if first else velocity_at(table, start), velocity_at(table, end)]
+    velocity = [before if first else velocity_at(table, start), velocity_at(table, end)]
     bottom = [(0.0, 0.0) if first else bottom_at(table, start), bottom_at(table, end)]
     values = [v for pair in (*velocity, *bottom) for v in pair]
     if not all(map(math.isfinite, [*values, peak])):

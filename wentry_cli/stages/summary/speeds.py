@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 SOURCES = ("kinematics", "kinematics_model")
 LONGEST_GAP_FRAMES = 4.5
+LEAST_OWN = 0.01  # share of the uncertainty of a height that is at least its own
 
 
 @dataclass(frozen=True)
@@ -42,9 +43,8 @@ NO_SPEEDS = Speeds(*(math.nan,) * 6, source="")
 
 def measured_speeds(folder: Path, drop: Drop) -> Speeds:
     """Speeds of an entry, from the first of the tables that knows both (a rigid sphere: U₀), else U₀ alone."""
-    air, water = scale_uncertainties(folder, drop)
     found = [
-        _speeds_from(read_table(folder, name), folder, name, (air, water), drop.experiment.gravity_m_s2)
+        _speeds_from(read_table(folder, name), folder, name, drop)
         for name in preferred_sources(drop)
         if has_table(folder, name)
     ]
@@ -60,16 +60,24 @@ def preferred_sources(drop: Drop) -> tuple[str, ...]:
 
 def impact_speed_alone(folder: Path, drop: Drop) -> Speeds:
     """U₀ of a drop on a rigid surface, from its heights before impact."""
-    side, experiment = read_table(folder, "side"), drop.experiment
     air, _ = scale_uncertainties(folder, drop)
+    speed, unc = _speed_of_fall(read_table(folder, "side"), "y_b_m", folder, drop)
+    return Speeds(speed, math.hypot(unc, speed * air), math.nan, math.nan, math.nan, math.nan, "")
+
+
+def _speed_of_fall(table: pd.DataFrame, height: str, folder: Path, drop: Drop) -> tuple[float, float]:
+    """U₀ and its uncertainty from the heights of a table before impact alone; the row of y = 0 moves no speed."""
+    experiment, geometry = drop.experiment, first_row(folder, "geometry", view="side")
+    zero = number(geometry, "surface_y_px_unc", 0.0) / number(geometry, "scale_px_per_m", math.inf)
+    unc = column(table, f"{height}_unc")
+    unc = np.sqrt(np.maximum(unc**2 - zero**2, (LEAST_OWN * unc) ** 2))
     fall = fall_before_impact(
         experiment.gravity_m_s2,
         number({"v": experiment.drop.impact_speed_m_s}, "v", 5.0),
         experiment.sphere.radius_m,
         experiment.sphere.density or 1000.0,
     )
-    speed, unc = fall_speed(column(side, "t_s"), column(side, "y_b_m"), column(side, "y_b_m_unc"), fall)
-    return Speeds(speed, math.hypot(unc, speed * air), math.nan, math.nan, math.nan, math.nan, "")
+    return fall_speed(column(table, "t_s"), column(table, height), unc, fall)
 
 
 def velocity_at(table: pd.DataFrame, when: float) -> tuple[float, float]:
@@ -90,22 +98,33 @@ def bottom_at(table: pd.DataFrame, when: float) -> tuple[float, float]:
     return value, unc
 
 
+def velocity_at_impact(table: pd.DataFrame, folder: Path, drop: Drop) -> tuple[float, float]:
+    """Return v_c(0⁻) and its standard uncertainty, from the smoothed velocities if their smoother knows of the impact.
+
+    One that does not rounds it off: then the fall before it speaks for itself.
+    """
+    if drop.experiment.analysis.smoother == "impact_aware":
+        return velocity_before_impact(table)
+    speed, unc = _speed_of_fall(table, "y_c_m", folder, drop)
+    return -speed, unc
+
+
 def velocity_before_impact(table: pd.DataFrame) -> tuple[float, float]:
-    """Return v_c(0⁻) and its standard uncertainty."""
+    """Return v_c(0⁻) and its standard uncertainty as the smoothed track has them."""
     return impact_velocity(
         column(table, "t_s"), column(table, "v_c_m_s"), column(table, "v_c_m_s_unc"), column(table, "a_c_m_s2")
     )
 
 
-def _speeds_from(table: pd.DataFrame, folder: Path, source: str, scale: tuple[float, float], gravity: float) -> Speeds:
+def _speeds_from(table: pd.DataFrame, folder: Path, source: str, drop: Drop) -> Speeds:
     """U₀ and U₁ of one table; the scale's error is common to both and drops out of ΔU/U₀ where the scales agree.
 
     A sphere that falls is faster where the impact is taken later: its uncertain moment counts in U₀.
     """
-    air, water = scale
-    velocity, noise = velocity_before_impact(table)
+    air, water = scale_uncertainties(folder, drop)
+    velocity, noise = velocity_at_impact(table, folder, drop)
     late = number(first_row(folder, "geometry", view="side"), "impact_time_s_unc", 0.0)
-    noise = math.hypot(noise, late * gravity)
+    noise = math.hypot(noise, late * drop.experiment.gravity_m_s2)
     impact = -velocity
     impact_unc = math.hypot(noise, impact * air)
     period = first_row(folder, "periods")

@@ -13,7 +13,8 @@ from wentry_cli.errors import TooFewMeasurementsError
 from wentry_cli.stages.ingest import frame_rate
 from wentry_cli.stages.inputs.clip import Clip, flat_field, open_clip
 from wentry_cli.stages.track.scales import CLIPPED_EDGE
-from wentry_cli.stages.track.side import SideResult, measure_side
+from wentry_cli.stages.track.side import measure_side
+from wentry_cli.stages.track.side_result import SideResult
 from wentry_cli.stages.track.top import TopResult, measure_top
 from wentry_cli.tables import new_table, write_table
 

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from wentry_cli.imaging.background import Background
 from wentry_cli.kinematics.centre import centre_height
 from wentry_cli.stages.inputs.clip import Clip
+from wentry_cli.stages.track.exposure import exposure_frames, fitting_level
 from wentry_cli.stages.track.rows import fit_columns, frame_status
-from wentry_cli.stages.track.side import SideResult, exposure_frames, fitting_level
+from wentry_cli.stages.track.side_result import SideResult
 from wentry_cli.tables import vouched
 from wentry_cli.tracking.scale import pool_radius, scale_from_radius
 from wentry_cli.tracking.seed import find_seed

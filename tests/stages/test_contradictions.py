@@ -1,0 +1,44 @@
+"""What the user says against what the frames show: a deformable sphere called rigid, a top view at the wrong time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from tests.stages.rendered import change, measure, render
+from wentry_cli.config.campaign import read_drop
+from wentry_cli.stages import stretch
+
+TOP = {"width": 160, "height": 160, "scale_px_per_m": 1100.0, "camera_distance_m": 1.5}
+
+
+@pytest.fixture(scope="module")
+def soft(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("soft") / "drop"
+    return render(folder, top=TOP, clip={"before_s": 0.008, "longest_s": 0.05})
+
+
+def test_a_sphere_that_deforms_is_not_rigid(soft: Path, tmp_path: Path) -> None:
+    path = soft / "experiment.yaml"
+    text = path.read_text(encoding="utf-8")
+    said = yaml.safe_load(text)
+    said["sphere"]["material"] = "rigid"
+    path.write_text(yaml.safe_dump(said), encoding="utf-8")
+    try:
+        _, error = measure(soft, tmp_path)
+    finally:
+        path.write_text(text, encoding="utf-8")
+    assert error is not None
+    assert "sphere.material is rigid, but below the surface its stretch reaches 1." in str(error)
+
+
+def test_a_top_view_at_the_wrong_time_is_told(soft: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    for offset, told in ((0.0, False), (0.004, True)):
+        change(soft, "top", offset_s=offset)
+        caplog.clear()
+        measure(soft, tmp_path / str(told))
+        stretch.run(tmp_path / str(told), read_drop("drop", soft))
+        assert ("check views.top: offset_s" in caplog.text) is told
+    change(soft, "top", offset_s=0.0)

@@ -1,0 +1,108 @@
+"""What the side view gave, in metres and seconds: from sightings to the columns of side.csv."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.imaging.free_surface import SurfaceRow
+from wentry_cli.stages.inputs.clip import Clip
+from wentry_cli.stages.track.axis import NO_AXIS, OpticalAxis
+from wentry_cli.stages.track.exposure import exposure_frames
+from wentry_cli.stages.track.rows import blurred_stretch, contradicted_bottom, side_columns
+from wentry_cli.stages.track.scales import Scales, height_unc
+from wentry_cli.tables import vouched
+from wentry_cli.tracking.impact import Impact
+from wentry_cli.tracking.prediction import plausible
+from wentry_cli.tracking.scale import PixelMap, PooledRadius, pixel_to_metre
+from wentry_cli.tracking.shape_check import NO_CHECK, ShapeCheck
+from wentry_cli.tracking.sighting import Sighting
+
+if TYPE_CHECKING:
+    from wentry_cli.config.campaign import Drop
+
+
+@dataclass(frozen=True)
+class SideResult:
+    """What the side view gave: columns of side.csv, scales, surface, radius in air, impact, the map to metres."""
+
+    columns: dict[str, Any]
+    scales: Scales
+    surface: SurfaceRow
+    radius: PooledRadius
+    impact: Impact
+    problem: str = ""
+    shape_offset: float = 0.0
+    axis: OpticalAxis = NO_AXIS
+
+
+def dated(columns: dict[str, Any], t_s: NDArray[np.float64]) -> dict[str, Any]:
+    """The columns with their times, and with status words that keep their promise."""
+    columns = columns | {"t_s": t_s}
+    return columns | {"status": vouched("side", columns)}
+
+
+def state_radius(columns: dict[str, Any], air: PooledRadius, water: PooledRadius) -> None:
+    """Where the radius was held in the fit, its uncertainty is that of the pooled radius it was held at."""
+    held = np.isnan(columns["radius_px_unc"]) & np.isfinite(columns["radius_px"])
+    wet = np.abs(columns["radius_px"] - water.value) < np.abs(columns["radius_px"] - air.value)
+    columns["radius_px_unc"] = np.where(held, np.where(wet, water.unc, air.unc), columns["radius_px_unc"])
+
+
+def _without_impossible(columns: dict[str, Any]) -> dict[str, Any]:
+    """The columns without the stretches that no sphere can have; a fit that says so is poor."""
+    stretch = plausible(columns["stretch"])
+    wrong = np.isfinite(columns["stretch"]) & np.isnan(stretch)
+    status = ["poor_fit" if bad and word == "ok" else word for word, bad in zip(columns["status"], wrong, strict=True)]
+    unc = np.where(wrong, np.nan, columns["stretch_unc"])
+    return columns | {"stretch": stretch, "stretch_unc": unc, "status": status}
+
+
+def in_metres(
+    drop: Drop,
+    clip: Clip,
+    sightings: Sequence[Sighting],
+    known: tuple[Scales, SurfaceRow, OpticalAxis],
+    check: ShapeCheck = NO_CHECK,
+) -> dict[str, Any]:
+    """Columns of side.csv without t_s: pixels as seen, heights in metres with all of their uncertainty."""
+    scales, surface, axis = known
+    columns = side_columns(clip.count, sightings)
+    if axis == NO_AXIS:  # without water both media have one scale, and nothing depends on the axis
+        axis = OpticalAxis(clip.opened.middle_px[1], 0.0)
+    pixels = PixelMap(scales.air, scales.water, surface.y_px, clip.opened.middle_px[0], axis.y_px)
+    local = columns["bottom_local_y_px"]
+    use_local = np.isfinite(local) & (drop.experiment.deformable | ~contradicted_bottom(columns))
+    bottom = np.where(use_local, local, columns["bottom_y_px"])
+    doubt = np.full(clip.count, abs(check.stretch_offset))
+    for item in sightings:
+        doubt[item.frame] = check.stretch_doubt(item.line)
+    doubt = np.hypot(doubt, blurred_stretch(columns, exposure_frames(drop, "side", clip)))
+    columns["stretch_unc"] = np.hypot(columns["stretch_unc"], doubt)
+    columns = _without_impossible(columns)
+    columns["bottom_y_px_unc"] = np.hypot(columns["bottom_y_px_unc"], check.bottom_offset_px)
+    unc = np.where(use_local, columns["bottom_local_y_px_unc"], columns["bottom_y_px_unc"])
+    wet = np.zeros(clip.count, dtype=bool)
+    wet[[item.frame for item in sightings if item.wet]] = True
+    columns["y_b_m"] = pixel_to_metre(0.0, bottom, pixels, wet)[1]
+    zero = (surface.y_px, surface.unc_px), (axis.y_px, axis.unc_px)
+    columns["y_b_m_unc"] = height_unc((bottom, unc), scales, *zero, wet)
+    columns["y_b_source"] = np.where(np.isfinite(bottom), np.where(use_local, "local", "ellipse"), "")
+    columns["separation_y_m"] = pixel_to_metre(0.0, columns["separation_y_px"], pixels)[1]
+    if not drop.experiment.deformable and drop.experiment.kind != "free_flight":
+        columns["stretch"] = columns["stretch_unc"] = np.full(clip.count, np.nan)
+    return columns
+
+
+def why_no_impact(impact: Impact, target: str) -> str:
+    """One sentence for a sphere that is not seen to reach its ``target``, surface or plate."""
+    if impact.status == "no_object":
+        return (
+            f"the sphere never reaches the {target}: check views.side.surface_y_px, take a longer clip, or say kind: "
+            "free_flight where there is none"
+        )
+    return "the moment of impact is not known: the clip shows too few frames before it"
