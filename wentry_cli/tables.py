@@ -126,8 +126,8 @@ def _cells(column: pd.Series[Any], kind: str) -> list[str]:
 def read_table(folder: Path, name: str) -> pd.DataFrame:
     """Read the table ``name`` from ``folder`` with the types of its schema (float64, Int64, string).
 
-    Columns that somebody added are dropped. Raises ``InputError`` where the file is missing, is not a table or lacks a
-    column.
+    Columns that somebody added are dropped. Raises ``InputError`` where the file is missing, is not a table, lacks a
+    column or holds an infinite number.
     """
     import pandas as pd
 
@@ -143,4 +143,7 @@ def read_table(folder: Path, name: str) -> pd.DataFrame:
     missing = [column for column in table.names if column not in frame.columns]
     if missing:
         raise InputError(f"{path}: column {missing[0]} is missing; run the stage {table.stage} again")
+    for name in table.names:
+        if types[name] == "float64" and frame[name].isin([float("inf"), -float("inf")]).any():
+            raise InputError(f"{path}: column {name} holds inf, which wentry does not write; run {table.stage} again")
     return frame[table.names]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -19,6 +21,7 @@ def scene(top: float = 400.0, apex: Floats | float = -40.0, dome_over_s: float =
     time = (np.arange(FRAMES) - 10) * STEP
     apexes = np.broadcast_to(np.asarray(apex, dtype=float), FRAMES)
     tops = 100.0 + np.where(apexes < 2.5, 1.6, np.ceil(apexes))
+    tops = np.where(np.isfinite(apexes), tops, np.nan)
     return Scene(time, np.full(FRAMES, top), tops, apexes, 100.0, 60.0, 1e-4, 0.02, dome_over_s)
 
 
@@ -94,6 +97,13 @@ def test_no_neck_says_so() -> None:
 
 def test_a_cavity_that_is_open_to_the_end_has_not_closed_yet() -> None:
     assert find_seal([], scene()).status == "clip_ended"
+
+
+def test_a_recording_that_was_cut_off_ends_with_its_last_readable_frame() -> None:
+    """Behind the cut there are rows of frames that cannot be read, which show no cavity, closed or open."""
+    cut = scene(apex=np.where(np.arange(FRAMES) < 50, -40.0, np.nan))
+    assert find_seal([], replace(cut, unreadable=frozenset(range(50, FRAMES)))).status == "clip_ended"
+    assert find_seal([], cut).status == "no_neck"
 
 
 def test_a_neck_that_is_lost_while_still_wide_has_not_closed() -> None:

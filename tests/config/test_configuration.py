@@ -163,6 +163,14 @@ def test_a_mistake_in_the_campaign_names_the_campaign(tmp_path: Path) -> None:
         read_drop("a", _write(tmp_path / "a", GOOD))
 
 
+@pytest.mark.parametrize(("text", "key"), [("sphere: [1]\n", "sphere"), ("views:\n  side: film\n", "views.side")])
+def test_a_part_of_the_campaign_has_keys_or_is_refused(tmp_path: Path, text: str, key: str) -> None:
+    """Mixed into a drop that has the part with its keys, anything else would be lost without a word."""
+    _write(tmp_path, text, "campaign.yaml")
+    with pytest.raises(ConfigurationError, match=rf"campaign\.yaml:\d:\d+: error: {key}: must be keys with values"):
+        read_drop("a", _write(tmp_path / "a", GOOD))
+
+
 @pytest.mark.parametrize(
     ("text", "expected"),
     [

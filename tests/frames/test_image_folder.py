@@ -207,6 +207,19 @@ def test_a_file_of_something_else_is_a_bad_frame(tmp_path: Path) -> None:
         recording.read(1)
 
 
+@pytest.mark.parametrize("target", ["f1.png", "gone.png"])
+def test_a_link_that_leads_nowhere_is_a_bad_frame(tmp_path: Path, target: str) -> None:
+    write_pngs(tmp_path)
+    (tmp_path / "f1.png").unlink()
+    try:
+        (tmp_path / "f1.png").symlink_to(target)
+    except OSError:
+        pytest.skip("links need rights that this system does not give")
+    recording = open_recording(tmp_path)
+    with pytest.raises(FrameUnreadableError, match=r"f1\.png: cannot be opened"):
+        recording.read(1)
+
+
 def test_a_file_that_goes_away_is_a_bad_frame(tmp_path: Path) -> None:
     write_pngs(tmp_path)
     recording = open_recording(tmp_path)

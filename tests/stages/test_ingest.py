@@ -130,3 +130,10 @@ def test_a_raw_frame_that_repeats_the_one_before_is_told_by_all_of_it(tmp_path: 
     status = read_table(tmp_path / "out", "frames").status
     assert status[3] == "bad_frame"
     assert set(status.drop(3)) == {"ok"}
+
+
+def test_what_a_recording_has_to_tell_is_told(drop: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    images = sorted((drop / "side").iterdir())
+    images[3].with_name("side_3.png").write_bytes(images[3].read_bytes())
+    ingest.run(tmp_path / "out", read_drop("drop", drop))
+    assert "drop: views.side.source: 'side_3.png' has the number of" in caplog.text

@@ -32,7 +32,7 @@ class Scene:
     ``time_s`` are mid-exposure times; ``sphere_top_px`` the row of the sphere's highest point; ``cavity_top_px`` the
     highest row at which the cavity was seen and ``apex_px`` the depth of its apex below the surface
     (``detachment.find_apex``), ``surface_px`` the row of the free surface. ``dome_over_s`` is when the splash had domed
-    over, NaN where that is not known.
+    over, NaN where that is not known. The clip ends with its last frame that is not ``unreadable``.
     """
 
     time_s: Floats
@@ -44,6 +44,12 @@ class Scene:
     exposure_s: float
     surface_unc_px: float = 0.0
     dome_over_s: float = float("nan")
+    unreadable: frozenset[int] = frozenset()
+
+    @property
+    def last_frame(self) -> int:
+        """The last frame that could be read; 0 where none could."""
+        return max((k for k in range(self.time_s.size) if k not in self.unreadable), default=0)
 
 
 @dataclass(frozen=True)
@@ -107,7 +113,7 @@ def _close(track: NeckTrack, scene: Scene) -> ClosureFit:
         radius_unc,
         exposure_s=scene.exposure_s,
         min_radius=CLOSEST_RADIUS_PX,
-        last_time_s=float(np.nanmax(scene.time_s)),
+        last_time_s=float(np.nanmax(scene.time_s[: scene.last_frame + 1])),
     )
     if fit.status != "ok":
         return fit
@@ -153,13 +159,13 @@ def _interpolate(t_s: float, times: Floats, values: Floats) -> float:
 
 
 def _not_seen(tracks: Sequence[NeckTrack], fits: Sequence[ClosureFit], scene: Scene) -> Seal:
-    last = scene.time_s.size - 1
+    last = scene.last_frame
     open_at_end = any(
         track.frame[-1] >= last - 3 and fit.status in {"clip_ended", "too_few"}
         for track, fit in zip(tracks, fits, strict=True)
     )
     refused = any(fit.status == "poor_fit" for fit in fits)
-    still_open = bool(np.isfinite(scene.cavity_top_px[-3:]).any())
+    still_open = bool(np.isfinite(scene.cavity_top_px[max(0, last - 2) : last + 1]).any())
     if open_at_end or (still_open and not refused):
         return _no_seal("clip_ended")
     return _no_seal("poor_fit" if refused else "no_neck")

@@ -12,11 +12,12 @@ from wentry_cli.config.inheritance import Shared, find_shared
 from wentry_cli.config.materials import Material, calibrated, find_material, packaged_config
 from wentry_cli.config.messages import validate
 from wentry_cli.config.models import Experiment, View
-from wentry_cli.config.places import Document, read_document
+from wentry_cli.config.places import Document, KeyPath, read_document
 from wentry_cli.config.plausible import refuse_implausible
 from wentry_cli.config.values import is_one_line
 from wentry_cli.errors import ConfigurationError, Gathered, InputError
 
+PARTS = ("sphere", "liquid", "drop", "views", "analysis")
 EXPERIMENT = "experiment.yaml"
 
 
@@ -135,7 +136,7 @@ def read_drop(name: str, folder: Path, overrides: Document | None = None, top: P
     document = read_document(folder / EXPERIMENT)
     shared = find_shared(folder, top or folder)
     if shared.path is not None:
-        document = document.over(read_document(shared.path))
+        document = document.over(_shared_keys(shared.path))
     if overrides is not None:
         document = overrides.over(document)
     experiment = validate(Experiment, document)
@@ -151,6 +152,26 @@ def read_drop(name: str, folder: Path, overrides: Document | None = None, top: P
         corrections = read_corrections(folder, experiment)
     problems.complain()
     return Drop(name, folder, experiment, material, materials, corrections, top or folder, shared)
+
+
+def _shared_keys(path: Path) -> Document:
+    """The keys of a ``campaign.yaml``; what has keys of its own must have them here too, since it is mixed in."""
+    document = read_document(path)
+    views = document.data.get("views")
+    flat: list[KeyPath] = [(name,) for name in PARTS if not _has_keys(document.data.get(name))]
+    if isinstance(views, dict):
+        flat += [("views", name) for name in ("side", "top") if not _has_keys(views.get(name))]
+    if flat:
+        raise ConfigurationError(
+            "\n".join(
+                f"{document.place(key)}: error: {'.'.join(map(str, key))}: must be keys with values" for key in flat
+            )
+        )
+    return document
+
+
+def _has_keys(value: object) -> bool:
+    return value is None or isinstance(value, dict)
 
 
 def _material(experiment: Experiment, materials: Path, document: Document) -> Material | None:

@@ -27,7 +27,7 @@ def image_names(folder: Path, pattern: str = "*") -> list[str]:
     """Return the names of the images in ``folder`` that match ``pattern``; hidden files are not images."""
     try:
         with os.scandir(folder) as listing:
-            found = [Path(e.name) for e in listing if not e.name.startswith(".") and e.is_file()]
+            found = [Path(e.name) for e in listing if not e.name.startswith(".") and _may_be_read(e)]
     except OSError as error:
         raise InputError(f"{folder}: cannot be listed ({error.strerror})") from error
     wanted = pattern.casefold()
@@ -39,6 +39,14 @@ def image_names(folder: Path, pattern: str = "*") -> list[str]:
         raise InputError(f"{folder}: no images here, but '{other[0]}': give that file as the source")
     missing = f"no image matches '{pattern}'" if pattern != "*" else "no image here (png, tif, jpg, bmp)"
     raise InputError(f"{folder}: {missing}; check the source")
+
+
+def _may_be_read(entry: os.DirEntry[str]) -> bool:
+    """Whether an entry is a file; a link that leads nowhere is one too, which then cannot be read."""
+    try:
+        return entry.is_file() or (entry.is_symlink() and not entry.is_dir())
+    except OSError:
+        return True
 
 
 def camera_headers(folder: Path) -> list[Path]:

@@ -129,6 +129,8 @@ class _Looks:
 def _view_rows(drop: Drop, name: str, done: int) -> dict[str, Any]:
     opened = open_view(drop, name)
     try:
+        for note in opened.info.notes:
+            logger.warning("%s: views.%s.source: %s", drop.name, name, note)
         check_view(drop, name, opened.info)
         count = opened.info.frame_count
         looks = _Looks(opened)

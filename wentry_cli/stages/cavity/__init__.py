@@ -95,14 +95,14 @@ def run(folder: Path, drop: Drop) -> None:
     finally:
         clip.close()
     tracks = follower.tracks()
-    seal = find_seal(tracks, _scene(view, (tops, apexes), dome))
+    seal = find_seal(tracks, _scene(view, (tops, apexes), dome, frozenset(frame for frame, _ in clip.unreadable)))
     write_table(folder, "cavity", new_table("cavity", rows.table(view)))
     write_table(folder, "neck", new_table("neck", _neck_columns(tracks, seal, view)))
     events = _events(view, seal, dome)
     write_table(folder, "events", new_table("events", {name: [row[name] for row in events] for name in events[0]}))
 
 
-def _scene(view: SideView, tops: tuple[Floats, Floats], dome: Dome) -> Scene:
+def _scene(view: SideView, tops: tuple[Floats, Floats], dome: Dome, unreadable: frozenset[int]) -> Scene:
     return Scene(
         time_s=view.t_s,
         sphere_top_px=np.array([np.nan if sphere is None else sphere.top_y_px for sphere in view.spheres]),
@@ -113,6 +113,7 @@ def _scene(view: SideView, tops: tuple[Floats, Floats], dome: Dome) -> Scene:
         exposure_s=view.exposure_s,
         surface_unc_px=view.surface_unc_px,
         dome_over_s=dome.over.t_s - dome.over.t_unc_s,
+        unreadable=unreadable,
     )
 
 
