@@ -143,7 +143,7 @@ def read_table(folder: Path, name: str) -> pd.DataFrame:
     missing = [column for column in table.names if column not in frame.columns]
     if missing:
         raise InputError(f"{path}: column {missing[0]} is missing; run the stage {table.stage} again")
-    for name in table.names:
-        if types[name] == "float64" and frame[name].isin([float("inf"), -float("inf")]).any():
-            raise InputError(f"{path}: column {name} holds inf, which wentry does not write; run {table.stage} again")
+    for column in table.names:
+        if types[column] == "float64" and frame[column].isin([float("inf"), -float("inf")]).any():
+            raise InputError(f"{path}: column {column} holds inf, which wentry does not write; run {table.stage} again")
     return frame[table.names]

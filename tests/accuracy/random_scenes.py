@@ -103,7 +103,7 @@ def _draw_switches(rng: np.random.Generator, diameter: float) -> dict[str, Any]:
     drawn = {
         "misfit": now_and_then([float(rng.uniform(-0.004, 0.004)), float(rng.uniform(-0.004, 0.004))]),
         "droplets": now_and_then(int(rng.integers(10, 80))),
-        "bubbles": now_and_then(int(rng.integers(10, 60))),
+        "bubbles": now_and_then(int(rng.integers(5, 20))),
         "wet_scale": now_and_then(float(rng.uniform(1.03, 1.08)), 0.5),
         "optical_axis_below_m": float(rng.uniform(0.5, 2.5) * diameter),
         "tell_optical_axis": bool(rng.random() < 0.8),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.contours.scenes import draw, nudged
-from wentry_cli.contours.departure import NONE, extremes, measure_departure, pool_departures
+from wentry_cli.contours.departure import NONE, Shape, extremes, measure_departure, pool_departures
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.contours.silhouette import fit_silhouette
 from wentry_cli.synthetic.outline import draw_sphere_outline, measure_outline
@@ -20,16 +20,32 @@ def measured(seed: int, misfit: tuple[float, float]) -> tuple[float, ...]:
 
 
 def test_waves_of_a_whole_outline_are_found() -> None:
-    found = pool_departures([measured(seed, MISFIT) for seed in range(8)], 46.0)
+    found = pool_departures([measured(seed, MISFIT) for seed in range(8)], 46.0).waves
     assert found == pytest.approx(KNOWN, abs=2e-4)
 
 
 def test_an_ellipse_has_no_departure() -> None:
-    assert pool_departures([measured(seed, (0.0, 0.0)) for seed in range(8)], 46.0) == NONE
+    assert pool_departures([measured(seed, (0.0, 0.0)) for seed in range(8)], 46.0).waves == NONE
 
 
 def test_too_few_frames_tell_nothing() -> None:
-    assert pool_departures([KNOWN, KNOWN, NONE], 46.0) == NONE
+    assert pool_departures([KNOWN, KNOWN, NONE], 46.0) == Shape()
+
+
+def test_what_may_be_there_is_doubt() -> None:
+    """A wave of four standard errors is not clear, but likely; without one there is no doubt."""
+    rng = np.random.default_rng(5)
+    scatter = 1e-3 * np.sqrt(16.0) / 1.25
+    wave = np.array([4e-3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+
+    def doubt(true: np.ndarray) -> float:
+        shapes = [
+            pool_departures([tuple(true + scatter * rng.normal(size=8)) for _ in range(16)], 46.0) for _ in range(50)
+        ]
+        return float(np.median([shape.doubt for shape in shapes if not shape.waves]))
+
+    assert doubt(wave) == pytest.approx(4e-3, rel=0.15)
+    assert doubt(np.zeros(8)) == 0.0
 
 
 def test_a_hidden_outline_tells_nothing() -> None:

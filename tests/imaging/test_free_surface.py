@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wentry_cli.imaging.free_surface import find_free_surface, find_plate
+from wentry_cli.imaging.free_surface import clear_of_band, find_free_surface, find_plate
 
 
 def scene(centre: float, thickness: float, depth: float, slope: float = 0.0, noise: float = 0.002) -> np.ndarray:
@@ -58,3 +58,28 @@ def test_the_upper_edge_of_a_plate(edge: float) -> None:
     assert found.status == "ok"
     assert found.y_px == pytest.approx(edge, abs=0.05)
     assert find_plate(np.full((100, 100), 150.0, np.float32)).status == "no_edge"
+
+
+def test_the_reach_of_an_uneven_band_is_where_the_ground_is_clear() -> None:
+    level = scene(100.0, 12.0, 0.7)
+    level[:, 150:190] = np.roll(level[:, 150:190], 3, axis=0)
+    found = find_free_surface(level, x_px=60.0)
+    above, below = clear_of_band(level, found, (20.0, 120.0))
+    assert above == pytest.approx(7.0, abs=1.0)
+    assert below == pytest.approx(7.0, abs=1.0)
+    _, lower = clear_of_band(level, found, (100.0, 220.0))
+    assert lower == pytest.approx(10.0, abs=1.0)
+
+
+def test_the_reach_of_a_band_beside_the_picture_is_half_its_thickness() -> None:
+    level = scene(100.0, 12.0, 0.7)
+    found = find_free_surface(level)
+    assert clear_of_band(level, found, (-50.0, 2.0)) == (0.5 * found.thickness_px + 1.0,) * 2
+
+
+@pytest.mark.parametrize("thickness", [30.0, 50.0])
+def test_a_band_that_blurs_into_something_else_reaches_no_further_than_it_can(thickness: float) -> None:
+    level = scene(100.0, thickness, 0.6)
+    found = find_free_surface(level)
+    level[100:180, 90:150] *= 0.2  # the remains of a cavity in the empty scene
+    assert clear_of_band(level, found, (80.0, 160.0))[1] <= found.thickness_px + 6.0

@@ -51,11 +51,11 @@ def test_what_is_learnt_in_air_leaves_nothing_to_correct() -> None:
     frames = clip(lambda k: StillBody(80.2, 50.0 + 6 * k, RADIUS, misfit=(0.003, 0.004)), 16)
     ground = ground_of(frames)
     dry = air(frames, ground)
-    departure = learn_departure(frames, ground, dry)
-    assert departure[:4] == pytest.approx((0.003, 0.0, 0.004, 0.0), abs=3e-4)
+    shape = learn_departure(frames, ground, dry)
+    assert shape.waves[:4] == pytest.approx((0.003, 0.0, 0.004, 0.0), abs=3e-4)
     wet = [Sighting(item.frame, "ok", item.fit, free_fit=item.fit, wet=True, line=LINE) for item in dry]
     plain = check_shape(frames, ground, dry, wet, "accurate")
-    known = check_shape(frames, ground, dry, wet, "accurate", departure=departure)
+    known = check_shape(frames, ground, dry, wet, "accurate", shape=shape)
     assert abs(known.radius_ratio - 1.0) < 0.2 * abs(plain.radius_ratio - 1.0)
     assert 0.0 < known.bottom_offset_px <= abs(plain.bottom_offset_px)
     assert known.stretch_offset > 0.003  # half-width or ellipse: .004 apart

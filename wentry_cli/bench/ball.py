@@ -69,7 +69,7 @@ def _own_waves(frames: list[NDArray[Any]], fits: list[SilhouetteFit]) -> Departu
         _patch(frame, (fit.center_x_px, fit.center_y_px), False) for frame, fit in zip(frames, fits, strict=True)
     ]
     found = [measure_departure(patch, fit) for patch, fit in zip(patches, fits, strict=True)]
-    return pool_departures(found, fits[0].radius_px)
+    return pool_departures(found, fits[0].radius_px).waves
 
 
 def _patch(frame: NDArray[Any], place: tuple[float, float], masked: bool) -> Patch:

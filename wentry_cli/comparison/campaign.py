@@ -38,6 +38,7 @@ NUMBERS = (
     ("scale_px_per_m", "geometry", "scale_px_per_m"),
     ("surface_y_px", "geometry", "surface_y_px"),
 )
+OF_CLOSURE = ("t_p_s", "y_p_m")
 WORDS = (("seal_type", "seal_type"), ("pinch_off_cavity", "pinch_off_cavity"))
 
 
@@ -102,12 +103,17 @@ def _against_truth(folder: Path, truth: Path) -> Iterator[Comparison]:
         hidden = ~frame["measurable"].astype(str).str.lower().isin(["true", "1", "1.0"])
         frame.loc[hidden, [name for name in frame if name not in ("frame", "time_s", "t_s")]] = np.nan
     yield from _against_table(folder, frame)
-    yield from _numbers(folder, read_document(truth / "truth.yaml").data)
+    numbers = read_document(truth / "truth.yaml").data
+    closure = numbers.get("t_p_s")
+    # what closes after the clip cannot be measured, and nobody is blamed for that
+    after = isinstance(closure, int | float) and "t_s" in frame and closure > frame["t_s"].max()
+    yield from _numbers(folder, numbers, closed=not after)
 
 
 def _against_table(folder: Path, truth: pd.DataFrame) -> Iterator[Comparison]:
+    rigid = has_table(folder, "summary") and read_table(folder, "summary")["rigid"].iloc[0] == "true"
     for table, column, truth_column in SERIES:
-        if truth_column not in truth or not has_table(folder, table):
+        if truth_column not in truth or not has_table(folder, table) or (column == "stretch" and rigid):
             continue
         measured = read_table(folder, table).merge(
             truth[["frame", truth_column]], on="frame", how="right", suffixes=("", "_truth")
@@ -120,10 +126,10 @@ def _against_table(folder: Path, truth: pd.DataFrame) -> Iterator[Comparison]:
             yield Comparison(folder.name, table, column, _unit(table, column), errors)
 
 
-def _numbers(folder: Path, truth: dict[str, Any]) -> Iterator[Comparison]:
+def _numbers(folder: Path, truth: dict[str, Any], *, closed: bool) -> Iterator[Comparison]:
     for key, table, column in NUMBERS:
         wanted = truth.get(key)
-        if not isinstance(wanted, int | float) or not has_table(folder, table):
+        if not isinstance(wanted, int | float) or not has_table(folder, table) or (key in OF_CLOSURE and not closed):
             continue
         row = read_table(folder, table).iloc[0]
         stated = np.array([row[f"{column}_unc"]], float) if f"{column}_unc" in row.index else None
@@ -134,7 +140,7 @@ def _numbers(folder: Path, truth: dict[str, Any]) -> Iterator[Comparison]:
         return
     row = read_table(folder, "summary").iloc[0]
     for key, column in WORDS:
-        if key in truth:
+        if key in truth and closed:
             measured, wanted = _word(row[column]), _word(truth[key])
             # nothing said of what there was is no wrong word, and nothing said of nothing is a right one
             silent = np.nan if wanted else 1.0

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +35,8 @@ LEAST_SHARE_SEEN = 0.95
 FEWEST_FRAMES = 4
 # Waves count that differ from nothing by so many standard errors and by so many pixels.
 SIGNIFICANT = 5.0
-LEAST_PX = 0.02
+LIKELY = 2.5
+LEAST_PX = 0.01
 
 
 def waves_at(psi: Floats) -> Floats:
@@ -60,15 +62,25 @@ def measure_departure(patch: Patch, fit: SilhouetteFit) -> Departure:
     return tuple(solution[4:].tolist())
 
 
-def pool_departures(found: Sequence[Departure], radius_px: float) -> Departure:
-    """Median over frames, without the waves that are not significant; empty where none is or too few frames tell."""
+@dataclass(frozen=True)
+class Shape:
+    """The waves of a sphere, empty where none is clear, and the size of those that may be there, over the radius."""
+
+    waves: Departure = NONE
+    doubt: float = 0.0
+
+
+def pool_departures(found: Sequence[Departure], radius_px: float) -> Shape:
+    """Median over frames without the waves that are not significant: these are the doubt. Nothing from a few frames."""
     rows = np.array([row for row in found if row])
     if len(rows) < FEWEST_FRAMES:
-        return NONE
+        return Shape()
     middle = np.median(rows, axis=0)
     error = 1.4826 * np.median(np.abs(rows - middle), axis=0) * 1.25 / math.sqrt(len(rows))
     clear = np.abs(middle) > np.maximum(SIGNIFICANT * error, LEAST_PX / radius_px)
-    return tuple(np.where(clear, middle, 0.0).tolist()) if clear.any() else NONE
+    likely = ~clear & (np.abs(middle) > LIKELY * error)
+    doubt = float(np.sqrt(np.sum(middle[likely] ** 2)))
+    return Shape(tuple(np.where(clear, middle, 0.0).tolist()) if clear.any() else NONE, doubt)
 
 
 def extremes(shape: EllipseShape, departure: Departure) -> tuple[float, float]:

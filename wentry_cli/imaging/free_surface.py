@@ -13,6 +13,7 @@ BLOCKS = 24
 WIDEST_BAND = 61
 LINE_PX = 3.0  # what the finest meniscus looks like
 FAINTEST_DIP = 0.012
+CLEAR_DIP, NEARLY_ALL, BLUR_PX, LEAST_COLUMNS = 0.1, 0.98, 6.0, 8
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,26 @@ def find_free_surface(
     centres = np.array([_centre(profile, first, last) for profile in profiles])
     thickness = float(np.sum(common[first : last + 1]) / contrast)
     return _line(middle, centres, x_px if x_px is not None else level.shape[1] / 2, thickness, contrast)
+
+
+def clear_of_band(level: NDArray[np.float32], row: SurfaceRow, columns: tuple[float, float]) -> tuple[float, float]:
+    """How far above and below a surface its dark band reaches between two columns, px.
+
+    ``level`` is the empty scene. A band is uneven, and the blur of the camera widens it: the reach is where the ground
+    is clear in nearly all of the columns, at most the thickness and a few pixels.
+    """
+    half, most = 0.5 * row.thickness_px, row.thickness_px + BLUR_PX
+    first, last = max(0, round(columns[0])), min(level.shape[1], round(columns[1]) + 1)
+    middle = round(row.y_px)
+    if last - first < LEAST_COLUMNS or not most < middle < level.shape[0] - most - 1:
+        return half + 1.0, half + 1.0
+    dark = _dip(level)[:, first:last] > CLEAR_DIP
+    reach = []
+    for step in (-1, 1):
+        lines = dark[middle + step * np.arange(math.ceil(most) + 1)]
+        clear = np.where((~lines).any(axis=0), np.argmin(lines, axis=0), len(lines))
+        reach.append(min(most, max(half + 1.0, float(np.quantile(clear, NEARLY_ALL)))))
+    return reach[0], reach[1]
 
 
 def _limits(rows: tuple[float, float] | None, height: int) -> tuple[int, int]:

@@ -181,7 +181,8 @@ def _starts_high(extrema: tuple[Extremum, ...], track: SmoothTrack, minimum_swin
     if not extrema or extrema[0].peak:
         return False
     start = _ends(track)[0]
-    return start.stretch > 1.0 and _swing(start, Extremum(0.0, 0.0, 1.0, 0.0, False), minimum_swing) >= 1.0
+    falls = start.stretch > extrema[0].stretch and _swing(start, extrema[0], minimum_swing) >= 1.0
+    return falls and start.stretch > 1.0 and _swing(start, Extremum(0.0, 0.0, 1.0, 0.0, False), minimum_swing) >= 1.0
 
 
 def _unseen_peaks(extrema: tuple[Extremum, ...], measured_s: Array, certain: bool) -> int:

@@ -49,7 +49,7 @@ NO_MIRROR = Mirror()
 def find_mirror(
     frames: Frames, ground: Background, dry: Sequence[Sighting], surface_px: float, band_px: float, level: str
 ) -> Mirror:
-    """Look for an image of the sphere in the last frames in air, about the row ``surface_px`` ± ``band_px``."""
+    """Look for an image of the sphere in the last frames in air, about ``surface_px``, below its ``band_px``."""
     used = [item for item in dry if item.ok and item.fit is not None][-LAST_FRAMES:]
     middle, size = [], []
     for item in used:
@@ -57,7 +57,7 @@ def find_mirror(
         shape = item.fit.shape
         guess = replace(shape, y=2.0 * surface_px - shape.y, stretch=1.0)
         left, top, right, low = box_around(guess, margin_of(guess.radius) + band_px)
-        ceiling = surface_px + band_px + 1.0
+        ceiling = surface_px + band_px
         if low > frames.shape[0] or guess.y < ceiling:
             continue
         look = Look((left, max(top, ceiling), right, low), "x y R", ceiling, level=level, bottom=False)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from wentry_cli.contours.departure import NONE, Departure, extremes, measure_departure, pool_departures
+from wentry_cli.contours.departure import NONE, Departure, Shape, extremes, measure_departure, pool_departures
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.imaging.background import Background
 from wentry_cli.tracking.flight import margin_of
@@ -60,14 +60,15 @@ class ShapeCheck:
         return float(np.interp(line, known, (abs(self.stretch_offset), abs(self.short_offset))))
 
 
+UNKNOWN = Shape()
 NO_CHECK = ShapeCheck()
 
 
-def learn_departure(frames: Frames, ground: Background, dry: Sequence[Sighting]) -> Departure:
+def learn_departure(frames: Frames, ground: Background, dry: Sequence[Sighting]) -> Shape:
     """How the sphere departs from an ellipse, from the frames in air that show its whole outline."""
     whole = [item for item in dry if item.ok and item.fit is not None and item.fit.arc_fraction > 0.98]
     if not whole:
-        return NONE
+        return Shape()
     found = []
     for index in np.unique(np.linspace(0, len(whole) - 1, MOST_LEARNT).astype(int)):
         fit = whole[index].fit
@@ -86,12 +87,14 @@ def check_shape(
     wet: Sequence[Sighting],
     level: str,
     *,
-    departure: Departure = NONE,
+    shape: Shape = UNKNOWN,
 ) -> ShapeCheck:
     """Fit spheres in air over the part of the outline that the wet fits saw, and compare with the whole.
 
-    With a ``departure`` what it leaves unexplained is compared, and what it explains is doubted by a share.
+    With a departure in the ``shape`` what it leaves unexplained is compared, and what it explains is doubted by a
+    share; what of the shape is not clear is doubted whole.
     """
+    departure = shape.waves
     lines = [item.line for item in wet if item.ok and item.free_fit is not None and math.isfinite(item.line)]
     whole = [item for item in dry if item.ok and item.fit is not None and item.fit.arc_fraction > 0.98]
     if not lines or len(whole) < FEWEST_FRAMES:
@@ -102,7 +105,15 @@ def check_shape(
     seen, error = _significant([known.compare(item, line) for item in chosen])
     short, _ = _significant([known.held_stretch(item, SHORT_LINE) for item in chosen])
     doubt = math.hypot(float(error[0]), LEFT_OVER * float(seen[0])) if seen[0] else 0.0
-    left = ShapeCheck(1.0 + float(seen[0]), doubt, float(seen[1]), float(seen[2]), line, float(short[1]))
+    assert whole[0].fit is not None
+    left = ShapeCheck(
+        radius_ratio=1.0 + float(seen[0]),
+        radius_ratio_unc=doubt,
+        stretch_offset=math.hypot(float(seen[1]), shape.doubt),
+        bottom_offset_px=math.hypot(float(seen[2]), shape.doubt * whole[0].fit.radius_px),
+        line=line,
+        short_offset=math.hypot(float(short[1]), shape.doubt),
+    )
     if not departure:
         return left
     plain = Partial(frames, ground, level, NONE)

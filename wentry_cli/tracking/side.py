@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wentry_cli.contours.departure import Departure
+from wentry_cli.contours.departure import Departure, Shape
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.imaging.background import Background
 from wentry_cli.tracking.flight import air_plan, both_ways
@@ -68,13 +68,13 @@ def track_side(frames: Frames, ground: Background, seed: Path, scene: SideScene)
     if contact is None or not dry:
         return SideTrack(dry, air, air)
     path.radius = air.value if air.known else path.radius
-    departure = learn_departure(frames, ground, dry)
-    if departure:
-        dry = _look_again(frames, ground, dry, plan, departure)
+    shape = learn_departure(frames, ground, dry)
+    if shape.waves:
+        dry = _look_again(frames, ground, dry, plan, shape.waves)
         air = scene.radius_air if scene.radius_air.known else pool_sightings(dry, wet=False)
         dry = constrain(dry, air, wet=False)
-    mirror = find_mirror(frames, ground, dry, scene.surface_px, scene.band_px, scene.level)
-    below = WetTracker(frames, ground, scene, dry, departure, mirror)
+    mirror = find_mirror(frames, ground, dry, scene.surface_px, scene.band_px[1], scene.level)
+    below = WetTracker(frames, ground, scene, dry, shape=shape, mirror=mirror)
     wet, water, check = below.track(path, range(dry[-1].frame + 1, frames.count))
     if not scene.radius_air.known:
         air, water = merge_media(air, water)
@@ -135,12 +135,13 @@ class WetTracker:
         ground: Background,
         scene: SideScene,
         dry: list[Sighting],
-        departure: Departure,
+        *,
+        shape: Shape,
         mirror: Mirror,
     ) -> None:
         """Take the clip, the sightings in air, how they say that the sphere departs from an ellipse, and its image."""
-        self.frames, self.ground, self.scene, self.dry, self.departure = frames, ground, scene, dry, departure
-        self.plan = WetPlan(scene, frames.shape, known=scene.radius_water.known, departure=departure)
+        self.frames, self.ground, self.scene, self.dry, self.shape = frames, ground, scene, dry, shape
+        self.plan = WetPlan(scene, frames.shape, known=scene.radius_water.known, departure=shape.waves)
         self.mirror = mirror
         self.check = NO_CHECK
         self.darkness = float(np.median([item.inside for item in dry if item.ok])) if dry else math.nan
@@ -193,9 +194,7 @@ class WetTracker:
         if not pooled.known:
             return NO_RADIUS
         if self.scene.deformable:
-            self.check = check_shape(
-                self.frames, self.ground, self.dry, seen, self.scene.level, departure=self.departure
-            )
+            self.check = check_shape(self.frames, self.ground, self.dry, seen, self.scene.level, shape=self.shape)
         return corrected_radius(pooled, self.check)
 
     def deformation(self, water: PooledRadius) -> float:

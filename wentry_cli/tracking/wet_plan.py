@@ -27,12 +27,12 @@ TELLING = 0.6
 class SideScene:
     """What is known of the scene before it is tracked.
 
-    ``surface_px`` is the row of the free surface and ``band_px`` half the thickness of its dark band;
+    ``surface_px`` is the row of the free surface and ``band_px`` how far its dark band reaches above and below it;
     ``exposure_frames`` the exposure over the time between frames; a radius that the user gave is not fitted.
     """
 
     surface_px: float
-    band_px: float = 2.0
+    band_px: tuple[float, float] = (3.0, 3.0)
     deformable: bool = True
     level: str = "accurate"
     exposure_frames: float = 0.0
@@ -42,12 +42,12 @@ class SideScene:
     @property
     def ceiling_px(self) -> float:
         """The first row below the surface band."""
-        return self.surface_px + self.band_px + 1.0
+        return self.surface_px + self.band_px[1]
 
     @property
     def floor_px(self) -> float:
         """The last row above the surface band."""
-        return self.surface_px - self.band_px - 1.0
+        return self.surface_px - self.band_px[0]
 
 
 class WetPlan:

@@ -12,7 +12,7 @@ from wentry_cli.tracking.sighting import Sighting
 from wentry_cli.tracking.tilt import identified_tilt
 
 SEPARATION_WINDOW = 2
-STUCK, STUCK_PX = 4.0, 0.03
+STUCK, STUCK_PX, STUCK_DEFORMED_PX, NEARBY = 4.0, 0.03, 0.1, 7
 FIT_COLUMNS = {
     "center_x_px": "center_x_px",
     "center_y_px": "center_y_px",
@@ -57,17 +57,21 @@ def fit_columns(count: int, sightings: Sequence[Sighting]) -> dict[str, NDArray[
     return columns
 
 
-def contradicted_bottom(columns: dict[str, Any]) -> NDArray[np.bool_]:
+def contradicted_bottom(columns: dict[str, Any], *, deforms: bool) -> NDArray[np.bool_]:
     """Frames in which the bottom alone lies off the whole outline by more than it usually does: something sticks to it.
 
-    For a sphere that keeps its shape; the outline of one that deforms may depart from an ellipse by itself.
+    The outline of a sphere that deforms may depart from an ellipse by itself, but slowly: for it (``deforms``) usual is
+    what the frames nearby say.
     """
     apart = columns["bottom_local_y_px"] - columns["bottom_y_px"]
-    if not np.isfinite(apart).any():
-        return np.zeros(apart.shape, dtype=bool)
-    usual = float(np.nanmedian(apart))
+    seen = np.flatnonzero(np.isfinite(apart))
+    usual = np.full(apart.shape, np.median(apart[seen]) if seen.size else 0.0)
+    if deforms and seen.size:
+        wide = np.pad(apart[seen], NEARBY, mode="edge")
+        usual[seen] = np.median(np.lib.stride_tricks.sliding_window_view(wide, 2 * NEARBY + 1), axis=1)
     unc = np.hypot(columns["bottom_local_y_px_unc"], columns["bottom_y_px_unc"])
-    return np.asarray(np.nan_to_num(np.abs(apart - usual)) > STUCK * np.nan_to_num(unc) + STUCK_PX)
+    least = STUCK_DEFORMED_PX if deforms else STUCK_PX
+    return np.asarray(np.nan_to_num(np.abs(apart - usual)) > STUCK * np.nan_to_num(unc) + least)
 
 
 def blurred_stretch(columns: dict[str, Any], exposure_frames: float) -> NDArray[np.float64]:

@@ -20,7 +20,7 @@ from wentry_cli.stages.track.plate import measure_plate
 from wentry_cli.stages.track.rows import side_columns
 from wentry_cli.stages.track.scales import NO_SCALES, find_scales, given_radii
 from wentry_cli.stages.track.side_result import SideResult, dated, in_metres, state_radius, why_no_impact
-from wentry_cli.stages.track.surface import surface_row
+from wentry_cli.stages.track.surface import band_reach, surface_row
 from wentry_cli.tracking.flight import air_plan, both_ways, fits_in_air
 from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.scale import NO_RADIUS
@@ -74,7 +74,7 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     air, water = given_radii(drop)
     scene = SideScene(
         surface.y_px,
-        max(1.0, 0.5 * surface.thickness_px),
+        band_reach(ground, surface, seed),
         drop.experiment.deformable,
         fitting_level(drop, ground),
         exposure_frames(drop, "side", clip),

@@ -76,7 +76,7 @@ def in_metres(
         axis = OpticalAxis(clip.opened.middle_px[1], 0.0)
     pixels = PixelMap(scales.air, scales.water, surface.y_px, clip.opened.middle_px[0], axis.y_px)
     local = columns["bottom_local_y_px"]
-    use_local = np.isfinite(local) & (drop.experiment.deformable | ~contradicted_bottom(columns))
+    use_local = np.isfinite(local) & ~contradicted_bottom(columns, deforms=drop.experiment.deformable)
     bottom = np.where(use_local, local, columns["bottom_y_px"])
     doubt = np.full(clip.count, abs(check.stretch_offset))
     for item in sightings:
