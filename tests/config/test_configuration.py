@@ -301,6 +301,14 @@ def test_the_scaffold_is_valid_and_never_overwrites(tmp_path: Path) -> None:
         write_scaffold(tmp_path)
 
 
+@pytest.mark.parametrize("kind", ["water_entry", "surface_impact", "free_flight"])
+def test_the_scaffold_is_of_the_kind_asked_for(tmp_path: Path, kind: str) -> None:
+    write_scaffold(tmp_path, kind)
+    drop = read_drop("drop", tmp_path)
+    assert drop.experiment.kind == kind
+    assert ("material" in (tmp_path / "experiment.yaml").read_text(encoding="utf-8")) is (kind != "free_flight")
+
+
 def test_the_scaffold_needs_a_folder(tmp_path: Path) -> None:
     (tmp_path / "clip.avi").touch()
     for folder in (tmp_path / "clip.avi", tmp_path / "clip.avi" / "below"):

@@ -305,6 +305,13 @@ def test_text_from_outside_is_no_mathematics() -> None:
     assert plain("$a$\x00") == r"\$a\$?"
 
 
+def test_where_nothing_enters_water_its_panels_have_one_reason(tmp_path: Path) -> None:
+    ball = next(made for made in CAMPAIGN if made.kind == "free_flight")
+    flights = read_campaign(tmp_path, write_campaign(tmp_path, (ball,)))
+    missing = [panel for panel in campaign_panels(flights) if isinstance(panel, NotDrawn)]
+    assert [panel.key for panel in missing if panel.key[0] in "345678"] == ["3–8"]
+
+
 def test_same_reasons_are_said_once() -> None:
     gone = [NotDrawn("film strip", name, "gone") for name in ("a", "b", "a")]
     assert merged([*gone, NotDrawn("11", "c", "none")]) == [

@@ -11,16 +11,18 @@ from wentry_cli.tables import write_text
 RECORDINGS = (".cihx", ".cih", ".cine", ".avi", ".mp4", ".tif", ".tiff")
 TEMPLATE = """\
 # One drop. Every key carries its unit; docs/configuration.md lists them all.
-kind: water_entry            # water_entry | surface_impact (rigid surface) | free_flight
+kind: {kind:22} # water_entry | surface_impact (rigid surface) | free_flight
 sphere:
   diameter_m: 0.051          # undeformed
   diameter_m_unc: 0.0002     # standard uncertainty
+{falls}views:
+{views}"""
+FALLS = """\
   density_kg_m3: 1070
   material: rigid            # rigid, or a key of materials.yaml such as dragonskin_6p70_small
 # drop:
 #   height_m: 1.53           # from the bottom of the sphere to the surface: a cross-check of the speed
-views:
-{views}"""
+"""
 VIEW = """\
   {name}:
     source: {source}
@@ -28,8 +30,8 @@ VIEW = """\
 """
 
 
-def write_scaffold(folder: Path) -> Path:
-    """Write ``experiment.yaml`` into ``folder`` and return its path.
+def write_scaffold(folder: Path, kind: str = "water_entry") -> Path:
+    """Write ``experiment.yaml`` for a drop of ``kind`` into ``folder`` and return its path.
 
     Raises ``InputError`` if there is one already, or where ``folder`` is a file or cannot be made.
     """
@@ -44,7 +46,8 @@ def write_scaffold(folder: Path) -> Path:
         VIEW.format(name=name, source=source, fps="from_header" if _knows_rate(source) else "2000 ")
         for name, source in sources.items()
     )
-    write_text(path, TEMPLATE.format(views=views))
+    falls = "" if kind == "free_flight" else FALLS
+    write_text(path, TEMPLATE.format(kind=kind, falls=falls, views=views))
     return path
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import partial
-from typing import Literal
 
 import pandas as pd
 from matplotlib.axes import Axes
@@ -19,7 +18,6 @@ from wentry_cli.report.panel import NotDrawn, Panel
 from wentry_cli.report.style import BLACK, BLUE, GREEN, GREY, ORANGE
 from wentry_cli.report.velocity_panels import with_gaps
 
-Corner = Literal["lower right", "upper right"]
 Drawer = Callable[[Axes, pd.DataFrame], None]
 
 
@@ -33,10 +31,10 @@ def _sheet(drop: DropResults) -> Panel | NotDrawn:
     parts: dict[str, tuple[pd.DataFrame, Drawer]] = {
         "position": (_positions(drop), _draw_positions),
         "stretch": (pd.concat([measured_stretch(drop), model_stretch(drop)], ignore_index=True), _draw_stretch),
-        "velocity": (_motion(drop, "v_c_m_s"), partial(_draw_motion, label="$\\dot{y}_c$ (m/s)", corner="lower right")),
+        "velocity": (_motion(drop, "v_c_m_s"), partial(_draw_motion, label="$\\dot{y}_c$ (m/s)")),
         "acceleration": (
             _motion(drop, "a_c_m_s2"),
-            partial(_draw_motion, label="$\\ddot{y}_c$ (m/s$^2$)", corner="upper right"),
+            partial(_draw_motion, label="$\\ddot{y}_c$ (m/s$^2$)"),
         ),
     }
     parts = {name: part for name, part in parts.items() if not part[0].empty}
@@ -100,13 +98,13 @@ def _draw_positions(ax: Axes, data: pd.DataFrame) -> None:
         if not shown.empty:
             ax.plot(shown["t_ms"], shown["y_mm"], ".", markersize=2.4, color=color, label=name)
     ax.set_ylabel("$y$ (mm)")
-    ax.legend(loc="lower left", markerscale=2.5)
+    ax.legend(loc="best", markerscale=2.5)
 
 
 def _draw_stretch(ax: Axes, data: pd.DataFrame) -> None:
     draw_stretch(ax, data)
     ax.set_ylabel(r"$\lambda$")
-    ax.legend(loc="upper right")
+    ax.legend(loc="best")
 
 
 def _motion(drop: DropResults, column: str) -> pd.DataFrame:
@@ -118,7 +116,7 @@ def _motion(drop: DropResults, column: str) -> pd.DataFrame:
     return pd.concat([table for table in tables if not table.empty] or tables[:1], ignore_index=True)
 
 
-def _draw_motion(ax: Axes, data: pd.DataFrame, label: str, corner: Corner) -> None:
+def _draw_motion(ax: Axes, data: pd.DataFrame, label: str) -> None:
     ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
     for name, color in (("model stretch", ORANGE), ("measured stretch", BLACK)):
         line = with_gaps(data.loc[data["series"] == name, ["t_ms", "value", "value_unc"]])
@@ -132,4 +130,4 @@ def _draw_motion(ax: Axes, data: pd.DataFrame, label: str, corner: Corner) -> No
     room = 0.15 * (high - low) or 1.0
     ax.set(ylabel=label, ylim=(low - room, high + room))
     if len(set(data["series"])) > 1:
-        ax.legend(loc=corner)
+        ax.legend(loc="best")

@@ -17,7 +17,15 @@ Made = list[Panel | NotDrawn]
 
 
 def campaign_panels(campaign: Campaign) -> Made:
-    """Make every panel of the paper, or the reason why it is not drawn."""
+    """Make every panel of the paper, or the reason why it is not drawn: one reason where no drop enters water."""
+    entries = entry_panels(campaign)
+    if not campaign.of("water_entry") and not any(isinstance(panel, Panel) for panel in entries):
+        entries = [NotDrawn("3–8", "panels of an entry into water", "no drop here is one")]
+    return [*entries, compression(campaign), *surface_impacts(campaign)]
+
+
+def entry_panels(campaign: Campaign) -> Made:
+    """Make the panels of the paper that show entries into water."""
     return [
         bottom_position(campaign),
         stretch_in_time(campaign),
@@ -29,8 +37,6 @@ def campaign_panels(campaign: Campaign) -> Made:
         *velocity_panels(campaign),
         velocity_change(campaign),
         force_coefficients(campaign),
-        compression(campaign),
-        *surface_impacts(campaign),
     ]
 
 

@@ -21,7 +21,7 @@ LEFT, RIGHT = 0.075, 0.925
 TOP, BOTTOM = 0.95, 0.05
 LETTERS = 128  # of a line of text in the plain size
 PLAIN = 7.0
-SMALLEST = 4.3  # points; a table that needs smaller letters is printed as blocks
+SMALLEST = 5.8  # points; a table that needs smaller letters is printed as blocks
 LETTER = 0.60  # mean width of a letter over its size
 
 
