@@ -8,6 +8,7 @@ import pytest
 from wentry_cli.tracking.top_depth import (
     UNKNOWN_CAMERA,
     Height,
+    between_frames,
     fall_height,
     find_approach,
     find_camera,
@@ -84,3 +85,17 @@ def test_the_turn_of_the_radius_is_the_impact(power: float) -> None:
 
 def test_a_radius_that_only_shrinks_has_no_turn() -> None:
     assert math.isnan(find_turn(TIME, radii(entry(0.0), 1.0))[0])
+
+
+def test_a_gap_is_bridged_with_the_speeds_at_its_ends() -> None:
+    t = np.arange(-20, 120) / 2000.0
+    path = np.where(t < 0, 0.0255 - 5.0 * t, 0.0255 - 5.0 * 0.03 * np.log1p(np.maximum(t, 0.0) / 0.03))
+    hidden = (t > 0.0) & (t < 0.011)
+    seen = Height(path[~hidden], np.full((~hidden).sum(), 1e-5))
+    found, gap = between_frames(t[~hidden], seen, t)
+    assert (gap == hidden).all()
+    off = np.abs(found.value_m - path)
+    line = np.abs(np.interp(t, t[~hidden], path[~hidden]) - path)
+    assert off[hidden].max() < 0.2 * line[hidden].max()
+    assert (off < 2.0 * found.unc_m + 1e-9).all()
+    assert found.unc_m[~hidden] == pytest.approx(1e-5)

@@ -13,6 +13,7 @@ from wentry_cli.kinematics.outliers import scatter_ratio
 Array = NDArray[np.float64]
 MINIMUM_OVERLAP = 10
 NEAREST = 5
+SHARED_FRAMES = 0.01
 
 
 @dataclass(frozen=True)
@@ -121,8 +122,9 @@ def find_offset(
     """Find the offset of the top view's clock from frames in which both views measure λ.
 
     λ_side(t) − λ_top(t) = b + δ λ̇ is fitted by weighted least squares in δ and b (a constant difference of scale must
-    not pass for time), twice. It is clearly determined with ten common frames, δ known to a tenth of a frame, beyond
-    three standard uncertainties, and below two frames.
+    not pass for time), twice. What the two views get wrong alike with λ̇, a hundredth of a frame, counts in its
+    uncertainty. It is clearly determined with ten common frames, δ known to a tenth of a frame, beyond three standard
+    uncertainties, and below two frames.
     """
     shift, spread = 0.0, np.inf
     for _ in range(2):
@@ -130,6 +132,7 @@ def find_offset(
         if not np.isfinite(step):
             return Offset(0.0, np.inf, False)
         shift += step
+    spread = float(np.hypot(spread, SHARED_FRAMES * interval_s))
     clear = spread < 0.1 * interval_s and 3.0 * spread < abs(shift) < 2.0 * interval_s
     return Offset(shift, spread, bool(clear))
 

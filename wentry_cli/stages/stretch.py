@@ -63,7 +63,8 @@ def _merge(views: dict[str, pd.DataFrame], dome_over: float, drop: Drop) -> pd.D
     if "top" in views:
         top_times, top = column(views["top"], "t_s"), _measured(views["top"])
         if "side" in views:
-            top_times = top_times + _refined_offset(times, side, top_times, top)
+            late, unsure = _refined_offset(times, side, top_times, top)
+            top_times, top = top_times + late, (top[0], np.hypot(top[1], unsure * _rate(top_times, top[0])))
     merged = merge_stretch(times, side, top_times, top, dome_over_s=dome_over)
     _compare_views(drop.name, merged, (side[1], top[1]))
     if np.any(merged.source == "both"):
@@ -98,12 +99,19 @@ def _compare_views(name: str, merged: MergedStretch, uncertainties: tuple[Array,
         )  # fmt: skip
 
 
-def _refined_offset(times: Array, side: tuple[Array, Array], top_times: Array, top: tuple[Array, Array]) -> float:
-    """What to add to the top view's times: 0 unless both views' λ determine it clearly."""
+def _refined_offset(
+    times: Array, side: tuple[Array, Array], top_times: Array, top: tuple[Array, Array]
+) -> tuple[float, float]:
+    """What to add to the top view's times and its uncertainty: 0 unless both views' λ determine it clearly."""
     if times.size < 2:
-        return 0.0
+        return 0.0, 0.0
     found = find_offset(times, side, top_times, top, interval_s=float(np.median(np.diff(times))))
-    return found.seconds if found.determined else 0.0
+    return (found.seconds, found.uncertainty_s) if found.determined else (0.0, 0.0)
+
+
+def _rate(times: Array, stretch: Array) -> Array:
+    """Rate of a stretch, 1/s; 0 beside frames that were not measured."""
+    return np.nan_to_num(np.gradient(stretch, times)) if times.size > 1 else np.zeros_like(stretch)
 
 
 def _periods_table(found: Oscillation) -> pd.DataFrame:

@@ -18,6 +18,7 @@ FORCES = (0.2, 2.5)
 # Nothing is known of a camera but that it stands a metre or more above the water: 1/distance is uniform up to 1 / m.
 UNKNOWN_INVERSE, UNKNOWN_INVERSE_UNC = 0.5, 0.5 / math.sqrt(3.0)
 FEWEST_FRAMES = 4
+LONGEST_STEP, UNSURE = 3.5, 0.3  # frames; share of what a gap bends
 RISES = (1.5, 2.0)
 TRIALS_PER_FRAME = 10
 EARLY_SHARE = 0.67
@@ -68,6 +69,29 @@ def fall_height(t_s: ArrayLike, speed: tuple[float, float], radius_m: float, *, 
     depth = 0.5 * (deep + shallow)
     spread = (deep - shallow) / math.sqrt(12.0)
     return Height(radius_m - depth, np.sqrt(spread**2 + (unc * t) ** 2 + (fast * impact_unc_s) ** 2))
+
+
+def between_frames(t_s: Floats, seen: Height, when_s: Floats) -> tuple[Height, NDArray[np.bool_]]:
+    """Height at ``when_s`` from that in the frames at ``t_s`` (s, rising), and where no frame was near.
+
+    Lines from frame to frame; over a gap the cubic with the speeds at its ends, of which a part of what it differs
+    from the line is uncertain.
+    """
+    value = np.interp(when_s, t_s, seen.value_m)
+    unc = np.interp(when_s, t_s, seen.unc_m)
+    if t_s.size < 3:
+        return Height(value, unc), np.zeros(when_s.shape, dtype=bool)
+    step = np.diff(t_s)
+    wide = step > LONGEST_STEP * float(np.median(step))
+    chord = np.diff(seen.value_m) / step
+    before, after = np.append(chord[0], chord), np.append(chord, chord[-1])
+    lost_before, lost_after = np.append(False, wide), np.append(wide, False)
+    slope = np.where(lost_before == lost_after, 0.5 * (before + after), np.where(lost_before, after, before))
+    k = np.clip(np.searchsorted(t_s, when_s, side="right") - 1, 0, t_s.size - 2)
+    gap = wide[k] & (when_s > t_s[k]) & (when_s < t_s[k + 1])
+    s = np.clip((when_s - t_s[k]) / step[k], 0.0, 1.0)
+    bend = s * (1.0 - s) * step[k] * ((1.0 - s) * (slope[k] - chord[k]) - s * (slope[k + 1] - chord[k]))
+    return Height(value + np.where(gap, bend, 0.0), np.hypot(unc, np.where(gap, UNSURE * np.abs(bend), 0.0))), gap
 
 
 def find_camera(height: Height, size_ratio: ArrayLike, ratio_unc: ArrayLike, *, scale_known: bool) -> TopCamera:

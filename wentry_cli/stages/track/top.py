@@ -30,6 +30,7 @@ from wentry_cli.tracking.top_depth import (
     Approach,
     Height,
     TopCamera,
+    between_frames,
     fall_height,
     find_approach,
     find_camera,
@@ -230,6 +231,6 @@ def _height(
     if np.count_nonzero(good) < 2:
         return fall, unknown
     inside = (time_s >= t_side[good][0]) & (time_s <= t_side[good][-1])
-    seen = [np.interp(time_s, t_side[good], item[good]) for item in (height, unc, stretch)]
-    value, spread = np.where(inside, seen[0], fall.value_m), np.where(inside, seen[1], fall.unc_m)
-    return Height(value, spread), np.where(inside, seen[2], np.nan)
+    seen, gap = between_frames(t_side[good], Height(height[good], unc[good]), time_s)
+    value, spread = np.where(inside, seen.value_m, fall.value_m), np.where(inside, seen.unc_m, fall.unc_m)
+    return Height(value, spread), np.where(inside & ~gap, np.interp(time_s, t_side[good], stretch[good]), np.nan)
