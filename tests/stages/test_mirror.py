@@ -52,3 +52,21 @@ def test_the_image_is_not_taken_for_the_sphere(mirrored: Path, tmp_path: Path) -
     off = (side.y_b_m.to_numpy(float) - known.y_b_m.to_numpy(float)) * said["scale_px_per_m"]
     assert np.abs(off[ok]).max() < 0.5
     assert ok[(known.measurable == 1).to_numpy()].mean() > 0.9
+
+
+def test_an_image_through_the_water_hides_the_sphere_no_longer_than_it_does(tmp_path: Path) -> None:
+    """Filmed fast, the sphere stays in front of its image for a hundred frames; then it is found again."""
+    side = BIG | {"fps": 4000.0, "width": 200, "height": 300}
+    switches = BAND | {"mirror_image": True, "wet_scale": 1.06}
+    clip = {"before_s": 0.008, "longest_s": 0.05}
+    folder = render(tmp_path / "drop", side=side, clip=clip, switches=switches, height_m=0.12)
+    measure(folder, tmp_path / "out")
+    known, _ = truth(folder)
+    side_table = read_table(tmp_path / "out", "side").iloc[: len(known)]
+    ok, can = (side_table.status == "ok").to_numpy(), (known.measurable == 1).to_numpy()
+    wet = (known.t_s > 0).to_numpy()
+    assert (~can & wet).sum() > 60
+    assert ok[can & wet].mean() > 0.9
+    off = side_table.stretch.to_numpy(float) - known.stretch.to_numpy(float)
+    assert np.abs(off[ok & can]).max() < 0.01
+    assert read_table(tmp_path / "out", "geometry").surface_y_px_unc.iloc[0] > 2.0

@@ -28,9 +28,10 @@ RISES_PX = 0.5
 
 @dataclass(frozen=True)
 class Mirror:
-    """Row midway between the sphere and its image, its standard uncertainty, and whether it is that of the surface.
+    """Row about which the image is mirrored, its standard uncertainty, and whether it is that of the surface.
 
-    ``y_px`` is NaN where there is no image.
+    ``y_px`` is NaN where there is no image. An image that is seen through the water is mirrored about the row at which
+    the surface would be seen through the water.
     """
 
     y_px: float = math.nan
@@ -51,7 +52,7 @@ def find_mirror(
 ) -> Mirror:
     """Look for an image of the sphere in the last frames in air, about ``surface_px``, below its ``band_px``."""
     used = [item for item in dry if item.ok and item.fit is not None][-LAST_FRAMES:]
-    middle, size = [], []
+    middle, size, places = [], [], []
     for item in used:
         assert item.fit is not None
         shape = item.fit.shape
@@ -65,13 +66,17 @@ def find_mirror(
         if seen.ok and seen.fit is not None and abs(seen.fit.center_x_px - shape.x) < 0.2 * shape.radius:
             middle.append(0.5 * (shape.y + seen.fit.center_y_px))
             size.append(seen.fit.radius_px / shape.radius)
+            places.append((shape.y, seen.fit.center_y_px))
     if len(middle) < LEAST_FRAMES:
         return NO_MIRROR
     row, scatter = float(np.median(middle)), float(np.std(middle))
     if scatter > LARGEST_SCATTER_PX or abs(row - surface_px) > 2.0 * band_px + 1.0:
         return NO_MIRROR
-    equal = abs(float(np.median(size)) - 1.0) < SAME_SIZE
-    return Mirror(row, max(LEAST_UNC_PX, scatter), equal)
+    ratio = float(np.median(size))
+    if abs(ratio - 1.0) < SAME_SIZE:
+        return Mirror(row, max(LEAST_UNC_PX, scatter), True)
+    through_water = float(np.median([image - ratio * (surface_px - sphere) for sphere, image in places]))
+    return Mirror(through_water, max(LEAST_UNC_PX, scatter), False)
 
 
 def stands_out(sighting: Sighting, mirror: Mirror) -> bool:

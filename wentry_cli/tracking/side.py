@@ -9,6 +9,7 @@ all frames by their own sensitivities; frames from before the first such fit are
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +18,7 @@ from wentry_cli.contours.departure import Departure, Shape
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.imaging.background import Background
 from wentry_cli.tracking.flight import air_plan, both_ways
-from wentry_cli.tracking.follow import Plan, Watch, follow
+from wentry_cli.tracking.follow import GIVEN_UP_AFTER, Plan, Watch, follow
 from wentry_cli.tracking.mirror import NO_MIRROR, Mirror, find_mirror, stands_out, without_rising
 from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius, merge_media
@@ -29,6 +30,7 @@ from wentry_cli.tracking.wet_radius import constrain, pool_sightings
 
 PILOT_FRAMES = 24
 UNKNOWN_WALL = 0.04
+HIDDEN_RADII = 4.0
 DEFORMED, LEAST_DEFORMED = 0.03, 3
 BRIGHTER = 0.15  # of the ground: more is not the sphere that fell
 
@@ -158,17 +160,28 @@ class WetTracker:
                 path.radius = self._radius(self.plan.pilot).value
 
         start = replace(path)
-        watch = Watch(learn, self._believable, self.scene.ceiling_px)
-        seen = self._follow(path, order, watch)
+        seen = self._follow(path, order, self._watch(path, learn))
         water = self.scene.radius_water if self.scene.radius_water.known else self._radius(seen)
         if not self.plan.known and water.known:
             # too few frames told the radius on the way: what they told together serves all of them
             start.radius = water.value
             self.plan = self.plan.restarted()
-            seen = self._follow(start, order, Watch(self.plan.learn, self._believable, self.scene.ceiling_px))
+            seen = self._follow(start, order, self._watch(start, self.plan.learn))
             again = self._radius(seen)
             water = again if again.count >= water.count else water
         return seen, water, self.check
+
+    def _watch(self, path: Path, learn: Callable[[Sighting], None]) -> Watch:
+        """Search for a lost sphere for as long as splash and mirror image may hide it: a fall by two diameters."""
+        patience = GIVEN_UP_AFTER
+        if self._speed() > 0.0:
+            patience = max(patience, round(HIDDEN_RADII * path.radius / self._speed()))
+        return Watch(learn, self._believable, self.scene.ceiling_px, patience)
+
+    def _speed(self) -> float:
+        """Of the bottom in air, px per frame; 0 where it is not known."""
+        good = [(item.frame, item.fit.bottom_y_px) for item in self.dry if item.ok and item.fit is not None]
+        return (good[-1][1] - good[0][1]) / (good[-1][0] - good[0][0]) if len(good) > 1 else 0.0
 
     def _follow(self, path: Path, order: range, watch: Watch) -> list[Sighting]:
         seen = follow(self.frames, self.ground, path, order, self.plan, watch)
@@ -179,15 +192,15 @@ class WetTracker:
 
         Its mirror image in the surface, seen from below, is neither.
         """
-        good = [item.fit for item in self.dry if item.ok and item.fit is not None]
-        frames = [item.frame for item in self.dry if item.ok]
+        good = [item for item in self.dry if item.ok and item.fit is not None]
         if len(good) < 2 or sighting.fit is None:
             return True
         if sighting.inside > self.darkness + BRIGHTER or stands_out(sighting, self.mirror):
             return False
-        speed = (good[-1].bottom_y_px - good[0].bottom_y_px) / (frames[-1] - frames[0])
-        falls = speed * (sighting.frame - frames[-1])
-        return sighting.fit.bottom_y_px < good[-1].bottom_y_px + 1.1 * falls + 3.0
+        last = good[-1].fit
+        assert last is not None
+        falls = self._speed() * (sighting.frame - good[-1].frame)
+        return sighting.fit.bottom_y_px < last.bottom_y_px + 1.1 * falls + 3.0
 
     def _radius(self, seen: list[Sighting]) -> PooledRadius:
         pooled = pool_sightings(seen, wet=True)
