@@ -57,7 +57,7 @@ def _draw_drop(rng: np.random.Generator, k: int) -> dict[str, Any]:
         "height_m": float(rng.uniform(0.4, 2.3)),
         "physics": _draw_physics(rng, material),
         "side": side,
-        "switches": _draw_switches(rng, diameter),
+        "switches": _draw_switches(rng, diameter, (0.5 * SIDE_PX - surface) / scale, 40.0 / scale),
         "clip": {
             "before_s": float(rng.uniform(6, 16) / fps + 0.004),
             "after_pinch_off_s": 0.006,
@@ -94,8 +94,13 @@ def _draw_physics(rng: np.random.Generator, material: str) -> dict[str, Any]:
     }
 
 
-def _draw_switches(rng: np.random.Generator, diameter: float) -> dict[str, Any]:
-    """Each fault of real frames in about a quarter of the scenes."""
+def _draw_switches(rng: np.random.Generator, diameter: float, middle_m: float, aim_m: float) -> dict[str, Any]:
+    """Each fault of real frames in about a quarter of the scenes.
+
+    A camera whose optical axis nobody tells was aimed at the middle of its picture, ``middle_m`` below the surface.
+    """
+    told = bool(rng.random() < 0.8)
+    axis = rng.uniform(0.5, 2.5) * diameter if told else middle_m + aim_m * rng.uniform(-1.0, 1.0)
 
     def now_and_then(value: Any, chance: float = 0.25) -> Any:
         return value if rng.random() < chance else None
@@ -105,8 +110,8 @@ def _draw_switches(rng: np.random.Generator, diameter: float) -> dict[str, Any]:
         "droplets": now_and_then(int(rng.integers(10, 80))),
         "bubbles": now_and_then(int(rng.integers(5, 20))),
         "wet_scale": now_and_then(float(rng.uniform(1.03, 1.08)), 0.5),
-        "optical_axis_below_m": float(rng.uniform(0.5, 2.5) * diameter),
-        "tell_optical_axis": bool(rng.random() < 0.8),
+        "optical_axis_below_m": float(axis),
+        "tell_optical_axis": told,
         "mirror_image": now_and_then(True),
         "surface_band_px": float(rng.uniform(2, 20)),
         "surface_band_uneven": now_and_then(float(rng.uniform(0.1, 0.4))),

@@ -156,8 +156,9 @@ class WetTracker:
         def learn(sighting: Sighting) -> None:
             self.plan.learn(sighting)
             if not self.plan.known and len(self.plan.pilot) >= PILOT_FRAMES:
-                self.plan.known = True
-                path.radius = self._radius(self.plan.pilot).value
+                pooled = self._radius(self.plan.pilot)
+                self.plan.known = pooled.known
+                path.radius = pooled.value if pooled.known else path.radius
 
         start = replace(path)
         seen = self._follow(path, order, self._watch(path, learn))

@@ -20,7 +20,7 @@ UNKNOWN_SEPARATION = 0.3
 LEAST_OBLATE = 0.05
 HIGHEST_SEPARATION = -0.5
 DEEPEST_SEPARATION = 0.6
-TELLING = 0.6
+TELLING = {False: 0.6, True: 1.2}
 
 
 @dataclass(frozen=True)
@@ -96,13 +96,14 @@ class WetPlan:
         line = min(max(line, HIGHEST_SEPARATION), DEEPEST_SEPARATION)
         return max(guess.y + line * guess.semi_along, self.scene.ceiling_px)
 
-    def _whole_rigid(self, guess: EllipseShape) -> bool:
-        """Whether a rigid sphere is so far in the water that a third of its outline tells its radius.
+    def _deep(self, guess: EllipseShape) -> bool:
+        """Whether the sphere is so far in the water that its outline tells its radius, whatever agrees with it yet.
 
-        A deformable sphere makes up for a wrong radius by its stretch and still agrees with the outline; a rigid one
-        does not, so that a radius from the air is never seen to tell enough.
+        With the radius from the air, which may be a wrong one, a rigid sphere never agrees with its outline, and a
+        third of it is enough to say so. A deformable one makes up for it by its stretch, but not where droplets leave
+        little of the outline: then half of it is waited for.
         """
-        return not self.scene.deformable and guess.bottom_y > self.scene.ceiling_px + TELLING * guess.radius
+        return guess.bottom_y > self.scene.ceiling_px + TELLING[self.scene.deformable] * guess.radius
 
     def __call__(self, index: int, guess: EllipseShape, velocity: tuple[float, float]) -> Look | str:
         """Decide on one frame."""
@@ -110,7 +111,7 @@ class WetPlan:
             return "short_arc"
         if guess.bottom_y > self.frame_shape[0] - 2 or leaves_frame(guess, self.frame_shape):
             return "out_of_frame"
-        piloting = not self.known and (self.sees_enough or self._whole_rigid(guess))
+        piloting = not self.known and (self.sees_enough or self._deep(guess))
         free = "x y" + (" R" if piloting else "") + (" stretch" if self.scene.deformable else "")
         if piloting and self.scene.deformable and abs(guess.stretch - 1.0) > LEAST_OBLATE:
             free += " tilt"
