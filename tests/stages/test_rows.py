@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from wentry_cli.stages.track.rows import blurred_stretch, contradicted_bottom
+from wentry_cli.stages.track.rows import blurred_stretch, contradicted_bottom, local_bottom_holds
 
 
 def columns(stretch: np.ndarray, y: np.ndarray) -> dict[str, np.ndarray]:
@@ -37,3 +37,18 @@ def test_a_bottom_with_something_on_it_is_contradicted() -> None:
     told = {"bottom_y_px": np.full(6, 100.0), "bottom_local_y_px": 100.0 + apart}
     told |= {"bottom_y_px_unc": np.full(6, 0.01), "bottom_local_y_px_unc": np.full(6, 0.01)}
     assert contradicted_bottom(told, deforms=False).tolist() == [False, False, False, True, False, False]
+
+
+def test_beside_frames_that_drift_together_one_that_leaps_is_contradicted() -> None:
+    """The outline of a soft sphere departs from an ellipse by itself, as slowly as it oscillates."""
+    apart = 0.3 * np.sin(np.arange(60.0) / 12.0)
+    apart[33] += 0.25
+    told = {"bottom_y_px": np.full(60, 100.0), "bottom_local_y_px": 100.0 + apart}
+    told |= {"bottom_y_px_unc": np.full(60, 0.01), "bottom_local_y_px_unc": np.full(60, 0.02)}
+    assert np.flatnonzero(contradicted_bottom(told, deforms=True)).tolist() == [33]
+
+
+def test_a_bottom_of_which_little_is_left_gives_way_to_the_outline() -> None:
+    told = {"bottom_y_px": np.full(4, 100.0), "bottom_local_y_px": np.array([100.01, 100.2, 100.0, np.nan])}
+    told |= {"bottom_y_px_unc": np.full(4, 0.01), "bottom_local_y_px_unc": np.array([0.02, 0.3, 0.02, np.nan])}
+    assert local_bottom_holds(told, deforms=True).tolist() == [True, False, True, False]

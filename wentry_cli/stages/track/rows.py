@@ -13,6 +13,7 @@ from wentry_cli.tracking.tilt import identified_tilt
 
 SEPARATION_WINDOW = 2
 STUCK, STUCK_PX, STUCK_DEFORMED_PX, NEARBY = 4.0, 0.03, 0.1, 7
+MUCH_LESS_SURE = 5.0
 FIT_COLUMNS = {
     "center_x_px": "center_x_px",
     "center_y_px": "center_y_px",
@@ -55,6 +56,16 @@ def fit_columns(count: int, sightings: Sequence[Sighting]) -> dict[str, NDArray[
                 columns[name][item.frame] = getattr(item.fit, attribute)
             columns["stretch"][item.frame], columns["bottom_y_px"][item.frame] = item.outline
     return columns
+
+
+def local_bottom_holds(columns: dict[str, Any], *, deforms: bool) -> NDArray[np.bool_]:
+    """Frames whose lowest point is that of the bottom alone: it was measured, and nothing sticks to it.
+
+    Droplets may also leave so little of the bottom that the whole outline knows much better.
+    """
+    known = np.isfinite(columns["bottom_local_y_px"])
+    sure = columns["bottom_local_y_px_unc"] < MUCH_LESS_SURE * columns["bottom_y_px_unc"]
+    return np.asarray(known & sure & ~contradicted_bottom(columns, deforms=deforms))
 
 
 def contradicted_bottom(columns: dict[str, Any], *, deforms: bool) -> NDArray[np.bool_]:

@@ -13,7 +13,7 @@ from wentry_cli.imaging.free_surface import SurfaceRow
 from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.stages.track.axis import NO_AXIS, OpticalAxis
 from wentry_cli.stages.track.exposure import exposure_frames
-from wentry_cli.stages.track.rows import blurred_stretch, contradicted_bottom, side_columns
+from wentry_cli.stages.track.rows import blurred_stretch, local_bottom_holds, side_columns
 from wentry_cli.stages.track.scales import Scales, height_unc
 from wentry_cli.tables import vouched
 from wentry_cli.tracking.impact import Impact
@@ -75,9 +75,6 @@ def in_metres(
     if axis == NO_AXIS:  # without water both media have one scale, and nothing depends on the axis
         axis = OpticalAxis(clip.opened.middle_px[1], 0.0)
     pixels = PixelMap(scales.air, scales.water, surface.y_px, clip.opened.middle_px[0], axis.y_px)
-    local = columns["bottom_local_y_px"]
-    use_local = np.isfinite(local) & ~contradicted_bottom(columns, deforms=drop.experiment.deformable)
-    bottom = np.where(use_local, local, columns["bottom_y_px"])
     doubt = np.full(clip.count, abs(check.stretch_offset))
     for item in sightings:
         doubt[item.frame] = check.stretch_doubt(item.line)
@@ -85,6 +82,9 @@ def in_metres(
     columns["stretch_unc"] = np.hypot(columns["stretch_unc"], doubt)
     columns = _without_impossible(columns)
     columns["bottom_y_px_unc"] = np.hypot(columns["bottom_y_px_unc"], check.bottom_offset_px)
+    local = columns["bottom_local_y_px"]
+    use_local = local_bottom_holds(columns, deforms=drop.experiment.deformable)
+    bottom = np.where(use_local, local, columns["bottom_y_px"])
     unc = np.where(use_local, columns["bottom_local_y_px_unc"], columns["bottom_y_px_unc"])
     wet = np.zeros(clip.count, dtype=bool)
     wet[[item.frame for item in sightings if item.wet]] = True
