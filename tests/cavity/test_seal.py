@@ -129,6 +129,18 @@ def test_what_is_seen_long_after_the_closure_is_not_the_neck() -> None:
     assert (seal.value, seal.status) == ("deep_seal", "ok")
 
 
+def test_a_neck_that_leaps_to_another_place_at_its_end_is_followed_up_to_there() -> None:
+    neck = closing(60.4, 250.0)
+    rows, radius = neck.y_px.copy(), neck.radius_px.copy()
+    rows[-3:] -= 2.2
+    radius[-3:] *= 0.6
+    leaping = replace(neck, y_px=rows, radius_px=radius)
+    seal = find_seal([leaping], scene())
+    assert (seal.value, seal.status) == ("deep_seal", "ok")
+    assert abs(seal.t_s - (60.4 - 10) * STEP) < 3.0 * seal.t_unc_s
+    assert seal.t_unc_s < 0.4 * STEP
+
+
 def test_the_noise_of_closed_frames_is_not_that_of_the_neck() -> None:
     track = closing(60.4, 250.0, last=78)
     kinked = track.radius_px + np.where(track.radius_px > 0.0, 0.5 * np.sin(track.frame), 0.0)

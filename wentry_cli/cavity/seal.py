@@ -20,6 +20,7 @@ EDGE_MODEL_PX = 0.05  # what blur and the slope of the wall leave in a radius, h
 ALMOST_CLOSED = 0.45  # in radii of the sphere: a neck that is wider when last seen has not been seen to close
 LONGEST_LEAP_FRAMES = 3.0
 FEWEST_SAMPLES = 8
+LEAP_ROWS, LAST_ROWS, LEAP_PX, LEAP_SIGMA, LEAP_SHARE = 10, 40, 1.5, 8.0, 0.8
 LASTING = 0.12  # in radii: a neck as wide as that right after its closure did not close; jets and mist are thinner
 AFTERMATH_FRAMES = (2.0, 10.0)  # what is seen there later is another thing
 SURE = 2.0  # standard uncertainties between two closures of which one is called the first
@@ -104,6 +105,7 @@ def _detachment(scene: Scene) -> Detachment:
 
 def _close(track: NeckTrack, scene: Scene) -> ClosureFit:
     """Fit the closure of one neck and refuse what was not seen to close."""
+    whole, track = scene.time_s[track.frame], _without_leap(track)
     time = scene.time_s[track.frame]
     opened = track.radius_px >= CLOSEST_RADIUS_PX
     radius_unc = max(float(np.median(track.radius_unc_px[opened][-30:])), EDGE_MODEL_PX) if opened.any() else np.inf
@@ -119,7 +121,7 @@ def _close(track: NeckTrack, scene: Scene) -> ClosureFit:
         return fit
     step = float(np.nanmedian(np.diff(scene.time_s)))
     before = time < fit.t_s
-    leap = fit.t_s - time[before][-1] if before.any() else np.inf
+    leap = fit.t_s - whole[whole < fit.t_s][-1] if before.any() else np.inf
     since = (time - fit.t_s) / step
     after = (since > AFTERMATH_FRAMES[0]) & (since < AFTERMATH_FRAMES[1])
     lasting = np.any(track.radius_px[after] > max(LASTING * scene.radius_px, 3.0))
@@ -130,6 +132,21 @@ def _close(track: NeckTrack, scene: Scene) -> ClosureFit:
         and not lasting
     )
     return fit if seen_to_close else replace(fit, t_s=float("nan"), t_unc_s=float("nan"), status="poor_fit")
+
+
+def _without_leap(track: NeckTrack) -> NeckTrack:
+    """The neck up to where its row leaps and its radius with it: what is followed then, at a cusp, is another place.
+
+    A row leaps that lies off the line through the ones before by pixels and by far more than these do.
+    """
+    for k in range(max(LEAP_ROWS, track.frame.size - LAST_ROWS), track.frame.size):
+        before = slice(k - LEAP_ROWS, k)
+        line = np.polyfit(track.frame[before], track.y_px[before], 1)
+        scatter = float(np.std(track.y_px[before] - np.polyval(line, track.frame[before])))
+        off = abs(track.y_px[k] - float(np.polyval(line, track.frame[k])))
+        if off > max(LEAP_PX, LEAP_SIGMA * scatter) and track.radius_px[k] < LEAP_SHARE * track.radius_px[k - 1]:
+            return NeckTrack(track.frame[:k], track.y_px[:k], track.radius_px[:k], track.radius_unc_px[:k])
+    return track
 
 
 def _at_depth(track: NeckTrack, fit: ClosureFit, scene: Scene) -> Seal:
