@@ -9,7 +9,14 @@ from wentry_cli.tracking.flight import air_plan, both_ways
 from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.scale import PooledRadius
 from wentry_cli.tracking.seed import find_seed
-from wentry_cli.tracking.shape_check import NO_CHECK, ShapeCheck, check_shape, corrected_radius, learn_departure
+from wentry_cli.tracking.shape_check import (
+    NO_CHECK,
+    ShapeCheck,
+    _significant,
+    check_shape,
+    corrected_radius,
+    learn_departure,
+)
 from wentry_cli.tracking.sighting import Sighting
 from wentry_cli.tracking.source import FrameArray
 from wentry_cli.tracking.wet_radius import constrain, pool_sightings
@@ -72,3 +79,9 @@ def test_the_correction_divides_by_what_air_says_and_adds_its_doubt() -> None:
 def test_nothing_to_compare_with_is_no_check() -> None:
     frames = clip(lambda k: StillBody(80.2, 100.0, RADIUS), 3)
     assert check_shape(frames, ground_of(frames), [], [], "accurate") == NO_CHECK
+
+
+def test_a_few_frames_that_agree_by_chance_say_nothing() -> None:
+    rows = [(ratio, 0.0, 0.0, 0.01, 1e-3, 0.03) for ratio in (0.0142, -0.0095, 0.0140)]
+    assert _significant(rows)[0].tolist() == [0.0, 0.0, 0.0]
+    assert _significant([(0.014, 0.0, 0.0, 0.002, 1e-3, 0.03)] * 4)[0][0] == 0.014

@@ -23,10 +23,10 @@ from wentry_cli.tracking.scale import PooledRadius
 from wentry_cli.tracking.sighting import Look, Sighting, sight
 from wentry_cli.tracking.source import Frames, read_patch
 
-Row = tuple[float, float, float]
+Row = tuple[float, float, float, float, float, float]  # three differences and their standard uncertainties
 MOST_FRAMES = 8
 FEWEST_FRAMES = 3
-SIGNIFICANT = 4.0
+SIGNIFICANT, FORMAL = 4.0, 0.5
 LEFT_OVER = 0.35
 SHORT_LINE = 0.6
 MOST_LEARNT = 24
@@ -141,12 +141,17 @@ def _carried(wet: Sequence[Sighting], plain_px: Sequence[float]) -> float:
 
 
 def _significant(rows: Sequence[Row | None]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Medians over frames, zero where they are not significant, and their standard errors."""
-    values = np.array([row for row in rows if row is not None]).reshape(-1, 3)
+    """Medians over frames, zero where they are not significant, and their standard errors.
+
+    A few frames may agree by chance: the errors are no less than half of what the uncertainties of the fits make them
+    (half, since the residual of a shape that is no ellipse widens these).
+    """
+    values, uncs = np.split(np.array([row for row in rows if row is not None]).reshape(-1, 6), 2, axis=1)
     if len(values) < FEWEST_FRAMES:
         return np.zeros(3), np.zeros(3)
     middle = np.median(values, axis=0)
-    error = 1.4826 * np.median(np.abs(values - middle), axis=0) * 1.25 / math.sqrt(len(values)) + 1e-6
+    scatter = np.maximum(1.4826 * np.median(np.abs(values - middle), axis=0), FORMAL * np.median(uncs, axis=0))
+    error = scatter * 1.25 / math.sqrt(len(values)) + 1e-6
     return np.where(np.abs(middle) > SIGNIFICANT * error, middle, 0.0), error
 
 
@@ -162,7 +167,9 @@ class Partial:
     def held_stretch(self, item: Sighting, line: float) -> Row | None:
         """The stretch, less one, with the radius held to that of the whole outline, as the middle of a row."""
         held = self._sight(item, line)
-        return (0.0, held.fit.stretch - 1.0, 0.0) if held.ok and held.fit is not None else None
+        if not held.ok or held.fit is None:
+            return None
+        return 0.0, held.fit.stretch - 1.0, 0.0, 0.0, held.fit.stretch_unc, 0.0
 
     def held_residual(self, item: Sighting, line: float) -> float:
         """Residual, px, with the radius held."""
@@ -175,8 +182,12 @@ class Partial:
         if item.fit is None or free.fit is None or held.fit is None or not (free.ok and held.ok):
             return None
         local = held.bottom
-        bottom = held.outline[1] - local.y_px if local is not None and local.status == "ok" else 0.0
-        return free.fit.radius_px / item.fit.radius_px - 1.0, held.fit.stretch - 1.0, bottom
+        seen = local is not None and local.status == "ok"
+        bottom = held.outline[1] - local.y_px if seen and local is not None else 0.0
+        bottom_unc = math.hypot(held.fit.bottom_y_unc_px, local.y_unc_px) if seen and local is not None else 0.0
+        radius = item.fit.radius_px
+        values = free.fit.radius_px / radius - 1.0, held.fit.stretch - 1.0, bottom
+        return *values, free.fit.radius_unc_px / radius, held.fit.stretch_unc, bottom_unc
 
     def _sight(self, item: Sighting, line: float, *, free: str = "x y stretch", bottom: bool = True) -> Sighting:
         assert item.fit is not None
