@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
 import os
 import subprocess
@@ -13,6 +15,7 @@ import numpy as np
 import pytest
 
 from tests.frames.recording_bytes import png
+from wentry_cli.cli.main import run
 
 EXPERIMENT = """\
 kind: water_entry
@@ -23,6 +26,14 @@ views:
 
 
 def wentry(*words: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    """Run the command line in this process, in a folder and with streams of its own."""
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.chdir(cwd or Path.cwd()), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        code = run([str(word) for word in words])
+    return subprocess.CompletedProcess(words, code, out.getvalue(), err.getvalue())
+
+
+def wentry_alone(*words: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
     """Run the command line as a user does."""
     command = [sys.executable, "-m", "wentry_cli.cli.main", *map(str, words)]
     environment = {**os.environ, "PYTHONUTF8": "1"}
@@ -36,7 +47,7 @@ def _drop(folder: Path, text: str = EXPERIMENT) -> Path:
 
 
 def test_help_lists_every_command_of_the_contract() -> None:
-    done = wentry("--help")
+    done = wentry_alone("--help")
     assert done.returncode == 0
     names = "process fit report run calibrate render info check init status compare bench doctor".split()
     assert [
@@ -94,7 +105,7 @@ def test_wrong_words_get_a_sentence(tmp_path: Path, words: tuple[str, ...], code
 
 def test_wrong_configuration_writes_nothing(tmp_path: Path) -> None:
     _drop(tmp_path / "videos" / "a", EXPERIMENT.replace("diameter_m", "diametre_m"))
-    done = wentry("process", "videos", cwd=tmp_path)
+    done = wentry_alone("process", "videos", cwd=tmp_path)
     assert done.returncode == 3
     assert "did you mean diameter_m?" in done.stderr
     assert not (tmp_path / "results").exists()

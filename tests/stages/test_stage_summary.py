@@ -115,8 +115,7 @@ def test_forces_of_a_soft_sphere(tmp_path: Path) -> None:
     assert forces["force_coefficient"].isna().iloc[-1]
 
 
-@pytest.mark.parametrize("smoother", ["impact_aware", "gcv", "epps"])
-@pytest.mark.parametrize("material", ["soft", "rigid"])
+@pytest.mark.parametrize(("smoother", "material"), [("impact_aware", "soft"), ("gcv", "soft"), ("epps", "rigid")])
 def test_the_impact_speed_is_that_of_the_fall_whatever_the_smoother(
     tmp_path: Path, smoother: str, material: str
 ) -> None:
