@@ -1,0 +1,149 @@
+"""Following a sphere below the surface: the radius it has there, and what must not be taken for it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from wentry_cli.contours.departure import Shape
+from wentry_cli.imaging.background import Background
+from wentry_cli.tracking.follow import GIVEN_UP_AFTER, Watch, follow
+from wentry_cli.tracking.mirror import Mirror, stands_out
+from wentry_cli.tracking.prediction import Path
+from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius
+from wentry_cli.tracking.shape_check import NO_CHECK, ShapeCheck, check_shape, corrected_radius
+from wentry_cli.tracking.sighting import Sighting
+from wentry_cli.tracking.source import Frames
+from wentry_cli.tracking.wet_plan import SideScene, WetPlan
+from wentry_cli.tracking.wet_radius import constrain, pool_sightings
+
+PILOT_FRAMES = 24
+HIDDEN_RADII = 4.0
+DEFORMED, LEAST_DEFORMED = 0.03, 3
+BRIGHTER = 0.15  # of the ground: more is not the sphere that fell
+
+
+class WetTracker:
+    """Tracks below the surface: first with a free radius, then with that of the first frames, then with that of all."""
+
+    def __init__(
+        self,
+        frames: Frames,
+        ground: Background,
+        scene: SideScene,
+        dry: list[Sighting],
+        *,
+        shape: Shape,
+        mirror: Mirror,
+    ) -> None:
+        """Take the clip, the sightings in air, how they say that the sphere departs from an ellipse, and its image."""
+        self.frames, self.ground, self.scene, self.dry, self.shape = frames, ground, scene, dry, shape
+        self.plan = WetPlan(scene, frames.shape, known=scene.radius_water.known, departure=shape.waves)
+        self.mirror = mirror
+        self.check = NO_CHECK
+        self.darkness = float(np.median([item.inside for item in dry if item.ok])) if dry else math.nan
+
+    def track(self, path: Path, order: range) -> tuple[list[Sighting], PooledRadius, ShapeCheck]:
+        """Follow the path below the surface; returns sightings, the pooled radius, and what the shape adds to it."""
+        if self.scene.radius_water.known:
+            path.radius = self.scene.radius_water.value
+
+        def learn(sighting: Sighting) -> None:
+            self.plan.learn(sighting)
+            if not self.plan.known and len(self.plan.pilot) >= PILOT_FRAMES:
+                pooled = self._radius(self.plan.pilot)
+                self.plan.known = pooled.known
+                path.radius = pooled.value if pooled.known else path.radius
+
+        start = replace(path)
+        seen = self._follow(path, order, self._watch(path, learn))
+        water = self.scene.radius_water if self.scene.radius_water.known else self._radius(seen)
+        if not self.plan.known and water.known:
+            # too few frames told the radius on the way: what they told together serves all of them
+            start.radius = water.value
+            self.plan = self.plan.restarted()
+            seen = self._follow(start, order, self._watch(start, self.plan.learn))
+            again = self._radius(seen)
+            water = again if again.count >= water.count else water
+        return seen, water, self.check
+
+    def _watch(self, path: Path, learn: Callable[[Sighting], None]) -> Watch:
+        """Search for a lost sphere for as long as splash and mirror image may hide it: a fall by two diameters."""
+        patience = GIVEN_UP_AFTER
+        if self._speed() > 0.0:
+            patience = max(patience, round(HIDDEN_RADII * path.radius / self._speed()))
+        return Watch(learn, self._believable, self.scene.ceiling_px, patience)
+
+    def _speed(self) -> float:
+        """Of the bottom in air, px per frame; 0 where it is not known."""
+        good = [(item.frame, item.fit.bottom_y_px) for item in self.dry if item.ok and item.fit is not None]
+        return (good[-1][1] - good[0][1]) / (good[-1][0] - good[0][0]) if len(good) > 1 else 0.0
+
+    def _follow(self, path: Path, order: range, watch: Watch) -> list[Sighting]:
+        seen = follow(self.frames, self.ground, path, order, self.plan, watch)
+        return [replace(item, wet=True) for item in seen]
+
+    def _believable(self, sighting: Sighting) -> bool:
+        """Whether this can be the sphere: no deeper than a fall without water, and as dark within as it was in air.
+
+        Its mirror image in the surface, seen from below, is neither.
+        """
+        good = [item for item in self.dry if item.ok and item.fit is not None]
+        if len(good) < 2 or sighting.fit is None:
+            return True
+        if sighting.inside > self.darkness + BRIGHTER or stands_out(sighting, self.mirror):
+            return False
+        last = good[-1].fit
+        assert last is not None
+        falls = self._speed() * (sighting.frame - good[-1].frame)
+        return sighting.fit.bottom_y_px < last.bottom_y_px + 1.1 * falls + 3.0
+
+    def _radius(self, seen: list[Sighting]) -> PooledRadius:
+        pooled = pool_sightings(seen, wet=True)
+        if not pooled.known:
+            return NO_RADIUS
+        if self.scene.deformable:
+            self.check = check_shape(self.frames, self.ground, self.dry, seen, self.scene.level, shape=self.shape)
+        return corrected_radius(pooled, self.check)
+
+    def deformation(self, water: PooledRadius) -> float:
+        """How far λ departs from 1 in the first frames below the surface, were it left free; 0 where it does not."""
+        path = Path(water.value)
+        for item in [item for item in self.dry if item.ok][-3:]:
+            assert item.fit is not None
+            path.add(item.frame, item.fit.shape)
+        soft = replace(self.scene, deformable=True, radius_water=water)
+        plan = WetPlan(soft, self.frames.shape, known=True)
+        first = self.dry[-1].frame + 1
+        order = range(first, min(first + PILOT_FRAMES, self.frames.count))
+        seen = follow(self.frames, self.ground, path, order, plan, Watch(plan.learn, self._believable))
+        off = [item.fit.stretch - 1.0 for item in seen if item.ok and item.fit is not None]
+        largest = max(off, key=abs, default=0.0)
+        return largest if abs(largest) > DEFORMED and len(off) >= LEAST_DEFORMED else 0.0
+
+    def settle(self, seen: list[Sighting], water: PooledRadius) -> list[Sighting]:
+        """Give all sightings the final radius.
+
+        What was seen before the radius was known, or before a tilt was, is measured again, backwards from there, with
+        both held; the rest moves by its own sensitivity to the last digits of the radius.
+        """
+        last = self.plan.pilot[-1].frame if self.plan.pilot and not self.scene.radius_water.known else -1
+        last = max(last, self.plan.tilt.harmful_before)
+        start = next((index for index, item in enumerate(seen) if item.frame > last), len(seen))
+        after = [item for item in seen[max(0, start - 1) : start + 12] if item.ok and item.fit is not None][:3]
+        if start == 0 or not after:
+            return constrain(seen, water, wet=True)
+        path = Path(water.value, stiff=not self.scene.deformable)
+        plan = self.plan.restarted()
+        for item in reversed(constrain(after, water, wet=True)):
+            if item.fit is not None:
+                path.add(item.frame, item.fit.shape)
+            plan.learn(item)
+        order = [item.frame for item in reversed(seen[:start])]
+        again = follow(self.frames, self.ground, path, order, plan, Watch(plan.learn, self._believable))
+        reached = {item.frame: replace(item, wet=True) for item in again}
+        early = [reached.get(item.frame, Sighting(item.frame, "poor_fit", wet=True)) for item in seen[:start]]
+        return constrain([*early, *seen[start:]], water, wet=True)
