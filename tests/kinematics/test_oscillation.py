@@ -176,3 +176,20 @@ def test_a_poor_first_frame_is_no_peak_that_was_missed() -> None:
     assert result.periods[0].peak.time_s == pytest.approx(0.0077, abs=7e-4)
     assert result.periods[0].peak.stretch == pytest.approx(1.0265, abs=1e-3)
     assert result.periods[0].status == "ok"
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_record_that_begins_on_the_way_down_has_not_seen_the_peak(seed: int) -> None:
+    """Behind the splash until λ falls again; the first frame is poor, and the smoothed λ bends down into it."""
+    t = (np.arange(120) - 20.53) / 2000.0
+    ring = t - 0.0072
+    clean = 1.0 + 0.05 * np.exp(-120 * np.maximum(ring, 0.0)) * np.cos(2 * np.pi * ring / 0.0155)
+    seen, unc = clean + 4e-4 * np.random.default_rng(seed).normal(size=t.size), np.full(t.size, 4e-3)
+    seen[t < 0] = 1.0
+    first = int(np.argmax(t > 0.0087))
+    seen[(t > 0) & (t < 0.0087)] = np.nan
+    seen[first], unc[first] = clean[first] - 0.008, 8.5e-3
+    result = find_oscillation(t, seen, unc)
+    assert np.isnan(result.periods[0].peak.time_s)
+    assert result.periods[0].status == "not_identified"
+    assert result.periods[1].peak.time_s == pytest.approx(0.0220, abs=3e-4)

@@ -29,6 +29,7 @@ NEAR = 25  # frames around an extremum that tell what they have in common
 NO_TIME = float("nan")
 # The first peak and the first valley come so long after impact, in free periods: .23 to .35 in recordings and models.
 FIRST_PEAK, FIRST_VALLEY = 0.3, 0.8
+LATE_START, RISEN = 0.3, 2.0  # half periods after impact; standard uncertainties
 BESIDE = 0.1  # periods before and after a peak within which frames were measured, or else it was not seen
 
 
@@ -110,7 +111,9 @@ def find_oscillation(
     extrema = _significant(_extrema(track), minimum_swing)
     if len(extrema) == 1 and all(_swing(extrema[0], end, minimum_swing) < 1.0 for end in _ends(track)):
         extrema = ()
-    unseen = _unseen_peaks(extrema, times[after], _starts_high(extrema, track, minimum_swing))
+    hidden = _starts_on_peak(extrema, track)
+    extrema = extrema[1:] if hidden else extrema
+    unseen = _unseen_peaks(extrema, times[after], hidden or _starts_high(extrema, track, minimum_swing))
     while extrema and not extrema[0].peak and not unseen:
         extrema = extrema[1:]
     extrema = tuple(_with_common(e, track, spread[after]) for e in extrema)
@@ -183,6 +186,18 @@ def _starts_high(extrema: tuple[Extremum, ...], track: SmoothTrack, minimum_swin
     start = _ends(track)[0]
     falls = start.stretch > extrema[0].stretch and _swing(start, extrema[0], minimum_swing) >= 1.0
     return falls and start.stretch > 1.0 and _swing(start, Extremum(0.0, 0.0, 1.0, 0.0, False), minimum_swing) >= 1.0
+
+
+def _starts_on_peak(extrema: tuple[Extremum, ...], track: SmoothTrack) -> bool:
+    """Whether the first peak stands where the record begins, late, and λ was not seen to rise to it.
+
+    Then it may as well have been higher and before, where nothing was measured.
+    """
+    if len(extrema) < 2 or not extrema[0].peak:
+        return False
+    start, peak = _ends(track)[0], extrema[0]
+    late = start.time_s > LATE_START * (extrema[1].time_s - peak.time_s)
+    return late and peak.stretch - start.stretch < RISEN * float(np.hypot(start.stretch_unc, peak.stretch_unc))
 
 
 def _unseen_peaks(extrema: tuple[Extremum, ...], measured_s: Array, certain: bool) -> int:

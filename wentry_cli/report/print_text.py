@@ -17,9 +17,10 @@ from wentry_cli.report.style import plain
 from wentry_cli.report.tabulation import TextTable
 
 A4 = (8.27, 11.69)
+LYING = A4[::-1]  # tables are wide
 LEFT, RIGHT = 0.075, 0.925
-TOP, BOTTOM = 0.95, 0.05
-LETTERS = 128  # of a line of text in the plain size
+TOP, BOTTOM = 0.94, 0.06
+LETTERS = 180  # of a line of text in the plain size
 PLAIN = 7.0
 SMALLEST = 5.8  # points; a table that needs smaller letters is printed as blocks
 LETTER = 0.60  # mean width of a letter over its size
@@ -36,16 +37,16 @@ class Line:
     @property
     def height(self) -> float:
         """Part of the page's height that the line takes."""
-        return 1.62 * self.size / 72.0 / A4[1]
+        return 1.62 * self.size / 72.0 / LYING[1]
 
 
 def text_pages(content: Content) -> Iterator[Figure]:
     """Make the pages of text: title, drops, regressions, materials, failures, what is not drawn."""
-    figure, y = Figure(figsize=A4), TOP
+    figure, y = Figure(figsize=LYING), TOP
     for line in _lines(content):
         if y - line.height < BOTTOM:
             yield figure
-            figure, y = Figure(figsize=A4), TOP
+            figure, y = Figure(figsize=LYING), TOP
         for x, text in line.cells:
             weight = "bold" if line.bold else "normal"
             figure.text(x, y, plain(text), va="top", fontsize=line.size, fontweight=weight)
@@ -95,10 +96,10 @@ def _table(table: TextTable) -> list[Line]:
     """Print a table in columns where it fits the page, else as a block for each row."""
     rows = [table.header, *table.rows]
     widths = [max(len(row[place]) for row in rows) + 2 for place in range(len(table.header))]
-    size = min(PLAIN, (RIGHT - LEFT) * A4[0] * 72.0 / (LETTER * sum(widths)))
+    size = min(PLAIN, (RIGHT - LEFT) * LYING[0] * 72.0 / (LETTER * sum(widths)))
     if size < SMALLEST:
         return _blocks(table)
-    share = LETTER * size / 72.0 / A4[0]
+    share = LETTER * size / 72.0 / LYING[0]
     places = [LEFT + share * sum(widths[:place]) for place in range(len(widths))]
     return [
         Line(tuple((x, text) for x, text in zip(places, row, strict=True) if text), size, row is table.header)
