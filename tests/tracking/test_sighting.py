@@ -59,6 +59,18 @@ def test_a_second_fit_leaves_radius_and_tilt_free(patch: Patch) -> None:
     assert abs(seen.free_fit.tilt_deg) < 4 * seen.free_fit.tilt_unc_deg
 
 
+@pytest.mark.parametrize(("stretch", "leans"), [(1.0, False), (0.97, False), (1.09, True)])
+def test_a_second_fit_of_a_round_sphere_holds_the_tilt(stretch: float, leans: bool) -> None:
+    """It has none to tell; left free it would take what belongs to the radius, and the stretch with it."""
+    body = StillBody(80.3, 90.7, 40.0, stretch=stretch, separation_y_px=86.0)
+    patch = Patch(draw_still(body, StillLight(), (200, 160), np.random.default_rng(4)).flat)
+    both = Look(BOX, "x y stretch", top_y_px=90.0, also_free=True)
+    seen = examine(patch, 0, EllipseShape(80.0, 91.0, 40.0, stretch + 0.004), both)
+    assert seen.free_fit is not None
+    assert bool(seen.free_fit.covariance[4, 4] > 0.0) is leans
+    assert seen.free_fit.covariance[2, 2] > 0.0
+
+
 def test_an_empty_patch_is_a_status() -> None:
     empty = noisy(np.ones((120, 120), np.float32))
     seen = examine(empty, 0, EllipseShape(60.0, 60.0, 30.0), Look((0, 0, 119, 119)))

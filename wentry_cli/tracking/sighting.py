@@ -27,6 +27,7 @@ CLEAR_GROUND_PX = 5.0
 CLEAR_GROUND = 0.85  # of the plain ground nearby, which is looked for between these distances, before and behind
 BESIDE_PX, DARKEST_GROUND = (2.0, 4.0), 0.5
 MOST_CROWDED = 0.2
+LEAST_OBLATE = 0.05  # of the stretch from 1: a rounder sphere does not tell how it leans
 WITHIN_PX, RAYS_WITHIN = 4.0, 24
 
 Box = tuple[float, float, float, float]
@@ -132,7 +133,7 @@ def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighti
     line = (look.top_y_px - fit.center_y_px) * fit.stretch**2 / fit.radius_px
     free = fit if " R" in look.free else None
     if look.also_free and free is None:
-        free = _fit_ellipse(patch, fit.shape, replace(look, free=_with_size(look.free)))
+        free = _fit_ellipse(patch, fit.shape, replace(look, free=_with_size(look.free, fit.stretch)))
         free = free if usable(free) else None
     inside = level_within(patch.values, fit.center_x_px - patch.x0, fit.center_y_px - patch.y0, fit.shape.semi_across,
                           fit.shape.semi_along, look.top_y_px - patch.y0)  # fmt: skip
@@ -141,8 +142,10 @@ def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighti
     )
 
 
-def _with_size(free: str) -> str:
-    return free.replace("x y", "x y R") + (" tilt" if "stretch" in free and "tilt" not in free else "")
+def _with_size(free: str, stretch: float) -> str:
+    """The parameters with the radius, and with the tilt unless the sphere is so round that it has none to tell."""
+    leans = "stretch" in free and "tilt" not in free and abs(stretch - 1.0) > LEAST_OBLATE
+    return free.replace("x y", "x y R") + (" tilt" if leans else "")
 
 
 def _fit_ellipse(patch: Patch, guess: EllipseShape, look: Look) -> SilhouetteFit:

@@ -10,14 +10,13 @@ from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.tracking.flight import leaves_frame, margin_of
 from wentry_cli.tracking.prediction import box_around
 from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius
-from wentry_cli.tracking.sighting import Look, Sighting
+from wentry_cli.tracking.sighting import LEAST_OBLATE, Look, Sighting
 from wentry_cli.tracking.tilt import Tilt
 from wentry_cli.tracking.wet_radius import tells_radius
 
 SHALLOWEST = 0.10
 FREE_EVERY = 6
 UNKNOWN_SEPARATION = 0.3
-LEAST_OBLATE = 0.05
 HIGHEST_SEPARATION = -0.5
 DEEPEST_SEPARATION = 0.6
 TELLING = {False: 0.6, True: 1.2}
