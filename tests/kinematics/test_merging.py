@@ -128,3 +128,20 @@ def test_noise_of_the_side_view_carries_nothing() -> None:
     merged = merge_stretch(T, side, T, top, dome_over_s=0.025, slow_s=0.015)
     assert np.array_equal(plain.stretch, merged.stretch)
     assert np.array_equal(plain.stretch_unc, merged.stretch_unc)
+
+
+def test_what_the_overlap_tells_of_the_top_view_holds_where_it_is_alone() -> None:
+    """Its depth is wrong by the row of the surface: one factor in all of its frames."""
+    random = np.random.default_rng(2)
+    top = ring(T) * 1.005 + 5e-5 * random.normal(size=T.size), 5e-3 * ring(T)
+    side = ring(T) + 5e-5 * random.normal(size=T.size), np.full(T.size, 5e-4)
+    side[0][:60] = np.nan
+    side[1][:60] = np.nan
+    merged = merge_stretch(T, side, T, top, slow_s=0.015)
+    alone = merged.source == "top"
+    assert alone.sum() == 60
+    off = merged.stretch - ring(T)
+    assert np.abs(off[alone]).max() < 1e-3
+    assert np.abs(np.diff(off)).max() < 5e-4
+    assert np.abs(off[alone] / merged.stretch_unc[alone]).max() < 2.0
+    assert merged.stretch_unc[alone].max() < 1.5e-3

@@ -52,7 +52,8 @@ def merge_stretch(
 
     Beside the frames that both see, the side view keeps what the overlap taught: the part of its uncertainty that does
     not scatter is an error that changes over ``slow_s`` (0: nothing is known), so that λ does not step where the top
-    view comes and goes, and the uncertainty grows from the joint one to the side view's own.
+    view comes and goes, and the uncertainty grows from the joint one to the side view's own. The top view keeps it in
+    the same way for good: its error is that of its depth and scale, which are one in all frames.
     """
     seen, variance = lagrange_cubic(top_times_s, top[0], top[1] ** 2, times_s)
     if np.isfinite(dome_over_s):
@@ -70,8 +71,12 @@ def merge_stretch(
     unc = np.maximum(1.0, quarrel) / np.sqrt(total)
     source = np.select([both, has_top, has_side], ["both", "top", "side"], "")
     if slow_s > 0.0:
-        correction, narrower = _carried(times_s, side, (seen, top_unc), (both, has_side & ~has_top), slow_s)
-        value, unc = value - correction, np.where(narrower > 0.0, narrower, unc)
+        for one, other, alone, lasting in (
+            (side, (seen, top_unc), has_side & ~has_top, slow_s),
+            ((seen, top_unc), side, has_top & ~has_side, np.inf),
+        ):
+            correction, narrower = _carried(times_s, one, other, (both, alone), lasting)
+            value, unc = value - correction, np.where(narrower > 0.0, narrower, unc)
     return MergedStretch(
         np.where(any_view, value, np.nan),
         np.where(any_view, unc, np.nan),
@@ -83,12 +88,12 @@ def merge_stretch(
 
 def _carried(
     times: Array,
-    side: tuple[Array, Array],
-    top: tuple[Array, Array],
+    one: tuple[Array, Array],
+    other: tuple[Array, Array],
     which: tuple[NDArray[np.bool_], NDArray[np.bool_]],
     slow_s: float,
 ) -> tuple[Array, Array]:
-    """What to take off λ of the frames that the side view sees alone, and their uncertainty (0: leave it).
+    """What to take off λ of the frames that ``one`` view sees alone, and their uncertainty (0: leave it).
 
     The slow error in units of the stated uncertainty is a Gaussian process; it is seen in the nearest frames of both
     views, whose slow errors are taken as one, and is the less certain the further these are. Where the scatter shows
@@ -97,22 +102,22 @@ def _carried(
     both, alone = which
     correction, narrower = np.zeros(times.shape), np.zeros(times.shape)
     index = np.flatnonzero(both)
-    ratio = scatter_ratio(times, *side)
-    seen = ratio * (1.0 + 3.0 / np.sqrt(2.0 * max(float(np.isfinite(side[0]).sum()), 1.0)))
+    ratio = scatter_ratio(times, *one)
+    seen = ratio * (1.0 + 3.0 / np.sqrt(2.0 * max(float(np.isfinite(one[0]).sum()), 1.0)))
     if index.size < NEAREST or not seen < 0.5:
         return correction, narrower
     slow = 1.0 - seen**2
-    apart = (side[0] - top[0]) / side[1]
-    weight = 1.0 / (seen**2 + (top[1] / side[1]) ** 2)
+    apart = (one[0] - other[0]) / one[1]
+    weight = 1.0 / (seen**2 + (other[1] / one[1]) ** 2)
     for k in np.flatnonzero(alone):
         near = index[np.argsort(np.abs(times[index] - times[k]), kind="stable")[:NEAREST]]
         mean = float(np.sum(weight[near] * apart[near]) / np.sum(weight[near]))
-        # the top view's own error is common to its frames: no mean of them is better than one
-        noise = seen**2 / NEAREST + float(np.median((top[1] / side[1])[near] ** 2))
+        # the other view's own error is common to its frames: no mean of them is better than one
+        noise = seen**2 / NEAREST + float(np.median((other[1] / one[1])[near] ** 2))
         known = slow / (slow + noise)
         close = float(np.exp(-0.5 * ((times[k] - times[near[0]]) / slow_s) ** 2))
-        correction[k] = side[1][k] * close * known * mean
-        narrower[k] = side[1][k] * np.sqrt(1.0 - slow * close**2 * known)
+        correction[k] = one[1][k] * close * known * mean
+        narrower[k] = one[1][k] * np.sqrt(1.0 - slow * close**2 * known)
     return correction, narrower
 
 
