@@ -193,3 +193,11 @@ def test_a_record_that_begins_on_the_way_down_has_not_seen_the_peak(seed: int) -
     assert np.isnan(result.periods[0].peak.time_s)
     assert result.periods[0].status == "not_identified"
     assert result.periods[1].peak.time_s == pytest.approx(0.0220, abs=3e-4)
+
+
+def test_a_peak_beside_a_gap_may_lie_in_it() -> None:
+    result = found(np.where((T > 0.004) & (T < 0.0078), np.nan, ringing(T)))
+    plain = found(ringing(T))
+    assert result.periods[0].peak.time_unc_s > 4e-4
+    assert plain.periods[0].peak.time_unc_s < 1e-4
+    assert result.periods[1].peak.time_unc_s < 1e-4

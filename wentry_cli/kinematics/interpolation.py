@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+WIDE_FRAMES = 3.5
 
 
 def hermite(times: Array, values: Array, slopes: Array, when: float, *, longest_gap: float) -> float:
@@ -57,3 +58,16 @@ def lagrange_cubic(times: Array, values: Array, variance: Array, when: Array) ->
         out[k] = weights @ values[first : first + 4]
         spread[k] = weights**2 @ variance[first : first + 4]
     return out, spread
+
+
+def beside_gap(time: float, measured_s: Array) -> float:
+    """Return how far an extremum in or beside a gap may lie off: half of what is uniform over the gap; else 0."""
+    before, after = measured_s[measured_s <= time], measured_s[measured_s > time]
+    step = float(np.median(np.diff(measured_s)))
+    if not before.size or not after.size:
+        return 0.0
+    # the frame at the edge of a gap is on the extremum itself: what counts is the one behind the gap
+    edges = (time - before[-1], after[0] - time)
+    beyond = (time - before[-2] if before.size > 1 else 0.0, after[1] - time if after.size > 1 else 0.0)
+    reach = max(far if near < 0.5 * step else near for near, far in zip(edges, beyond, strict=True))
+    return reach / np.sqrt(12.0) / 2.0 if reach > WIDE_FRAMES * step else 0.0

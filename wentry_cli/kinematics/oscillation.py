@@ -19,6 +19,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.kinematics.interpolation import beside_gap
 from wentry_cli.kinematics.outliers import unseen_part
 from wentry_cli.kinematics.smoother import SmoothTrack, smooth_track
 
@@ -219,7 +220,9 @@ def _with_common(extremum: Extremum, track: SmoothTrack, stated: Array) -> Extre
     times = track.frames.times_s
     near = np.argsort(np.abs(times - extremum.time_s), kind="stable")[:NEAR]
     common = unseen_part(track.residual[near], stated[near])
-    return replace(extremum, stretch_unc=float(np.hypot(extremum.stretch_unc, common)), common_unc=common)
+    stretch_unc = float(np.hypot(extremum.stretch_unc, common))
+    time_unc = float(np.hypot(extremum.time_unc_s, beside_gap(extremum.time_s, times)))
+    return replace(extremum, stretch_unc=stretch_unc, time_unc_s=time_unc, common_unc=common)
 
 
 def _swing(a: Extremum, b: Extremum, minimum_swing: float) -> float:
