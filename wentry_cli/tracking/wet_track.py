@@ -43,6 +43,8 @@ class WetTracker:
         self.frames, self.ground, self.scene, self.dry, self.shape = frames, ground, scene, dry, shape
         self.plan = WetPlan(scene, frames.shape, known=scene.radius_water.known, departure=shape.waves)
         self.mirror = mirror
+        self.good = [(item.frame, item.fit) for item in dry if item.ok and item.fit is not None]
+        self.speed = self._speed()
         self.check = NO_CHECK
         self.darkness = float(np.median([item.inside for item in dry if item.ok])) if dry else math.nan
 
@@ -73,14 +75,16 @@ class WetTracker:
     def _watch(self, path: Path, learn: Callable[[Sighting], None]) -> Watch:
         """Search for a lost sphere for as long as splash and mirror image may hide it: a fall by two diameters."""
         patience = GIVEN_UP_AFTER
-        if self._speed() > 0.0:
-            patience = max(patience, round(HIDDEN_RADII * path.radius / self._speed()))
+        if self.speed > 0.0:
+            patience = max(patience, round(HIDDEN_RADII * path.radius / self.speed))
         return Watch(learn, self._believable, self.scene.ceiling_px, patience)
 
     def _speed(self) -> float:
         """Of the bottom in air, px per frame; 0 where it is not known."""
-        good = [(item.frame, item.fit.bottom_y_px) for item in self.dry if item.ok and item.fit is not None]
-        return (good[-1][1] - good[0][1]) / (good[-1][0] - good[0][0]) if len(good) > 1 else 0.0
+        if len(self.good) < 2:
+            return 0.0
+        (first, start), (last, end) = self.good[0], self.good[-1]
+        return (end.bottom_y_px - start.bottom_y_px) / (last - first)
 
     def _follow(self, path: Path, order: range, watch: Watch) -> list[Sighting]:
         seen = follow(self.frames, self.ground, path, order, self.plan, watch)
@@ -91,14 +95,12 @@ class WetTracker:
 
         Its mirror image in the surface, seen from below, is neither.
         """
-        good = [item for item in self.dry if item.ok and item.fit is not None]
-        if len(good) < 2 or sighting.fit is None:
+        if len(self.good) < 2 or sighting.fit is None:
             return True
         if sighting.inside > self.darkness + BRIGHTER or stands_out(sighting, self.mirror):
             return False
-        last = good[-1].fit
-        assert last is not None
-        falls = self._speed() * (sighting.frame - good[-1].frame)
+        frame, last = self.good[-1]
+        falls = self.speed * (sighting.frame - frame)
         return sighting.fit.bottom_y_px < last.bottom_y_px + 1.1 * falls + 3.0
 
     def _radius(self, seen: list[Sighting]) -> PooledRadius:
@@ -112,9 +114,8 @@ class WetTracker:
     def deformation(self, water: PooledRadius) -> float:
         """How far λ departs from 1 in the first frames below the surface, were it left free; 0 where it does not."""
         path = Path(water.value)
-        for item in [item for item in self.dry if item.ok][-3:]:
-            assert item.fit is not None
-            path.add(item.frame, item.fit.shape)
+        for frame, fit in self.good[-3:]:
+            path.add(frame, fit.shape)
         soft = replace(self.scene, deformable=True, radius_water=water)
         plan = WetPlan(soft, self.frames.shape, known=True)
         first = self.dry[-1].frame + 1
