@@ -32,7 +32,8 @@ RAYS = 240
 SEARCH_PX, STEP_PX, LINES = 4.0, 0.5, 3
 MOST_OFF = 0.03
 LEAST_SHARE_SEEN = 0.95
-FEWEST_FRAMES = 4
+FEWEST_FRAMES, FRAMES_THAT_SCATTER = 2, 4
+BLUR_PX = 3.0  # along the outline, what lies nearer shares its noise
 # Waves count that differ from nothing by so many standard errors and by so many pixels.
 SIGNIFICANT = 5.0
 LIKELY = 2.5
@@ -45,8 +46,16 @@ def waves_at(psi: Floats) -> Floats:
     return np.stack(columns, axis=-1)
 
 
-def measure_departure(patch: Patch, fit: SilhouetteFit) -> Departure:
-    """Waves of one whole outline about its fitted ellipse; empty where a part of it is not seen or not smooth."""
+@dataclass(frozen=True)
+class Waves:
+    """The waves of one whole outline and the standard error of each; empty where they cannot be told."""
+
+    waves: Departure = NONE
+    error: float = math.nan
+
+
+def measure_departure(patch: Patch, fit: SilhouetteFit) -> Waves:
+    """Waves of one whole outline about its fitted ellipse; none where a part of it is not seen or not smooth."""
     values = np.ascontiguousarray(patch.values, dtype=np.float32)
     shape = fit.shape.vector() - np.array([patch.x0, patch.y0, 0.0, 0.0, 0.0])
     phi: Floats = (np.arange(RAYS, dtype=np.float64) + 0.5) * (2.0 * math.pi / RAYS)
@@ -55,11 +64,13 @@ def measure_departure(patch: Patch, fit: SilhouetteFit) -> Departure:
     off = at[:, 0] / fit.radius_px
     good = np.abs(off) < MOST_OFF
     if np.mean(good) < LEAST_SHARE_SEEN:
-        return NONE
+        return Waves()
     ellipse = rays[:, J : J + 4] / fit.radius_px
     design = np.column_stack([ellipse, waves_at(0.5 * math.pi - phi)])[good]
     solution = np.linalg.lstsq(design, off[good], rcond=None)[0]
-    return tuple(solution[4:].tolist())
+    independent = min(float(np.count_nonzero(good)), 2.0 * math.pi * fit.radius_px / BLUR_PX)
+    error = float(np.std(off[good] - design @ solution)) * math.sqrt(2.0 / independent)
+    return Waves(tuple(solution[4:].tolist()), error)
 
 
 @dataclass(frozen=True)
@@ -70,13 +81,21 @@ class Shape:
     doubt: float = 0.0
 
 
-def pool_departures(found: Sequence[Departure], radius_px: float) -> Shape:
-    """Median over frames without the waves that are not significant: these are the doubt. Nothing from a few frames."""
-    rows = np.array([row for row in found if row])
+def pool_departures(found: Sequence[Waves], radius_px: float) -> Shape:
+    """Median over frames without the waves that are not significant: these are the doubt. Nothing from one frame.
+
+    The error of the median is told by the scatter of the frames, or, where there are few, by what each frame says.
+    """
+    rows = np.array([one.waves for one in found if one.waves])
     if len(rows) < FEWEST_FRAMES:
         return Shape()
     middle = np.median(rows, axis=0)
-    error = 1.4826 * np.median(np.abs(rows - middle), axis=0) * 1.25 / math.sqrt(len(rows))
+    if len(rows) < FRAMES_THAT_SCATTER:
+        stated = float(np.median([one.error for one in found if one.waves]))
+        scatter = np.maximum(0.5 * np.ptp(rows, axis=0), stated)
+    else:
+        scatter = 1.4826 * np.median(np.abs(rows - middle), axis=0)
+    error = scatter * 1.25 / math.sqrt(len(rows))
     clear = np.abs(middle) > np.maximum(SIGNIFICANT * error, LEAST_PX / radius_px)
     likely = ~clear & (np.abs(middle) > LIKELY * error)
     doubt = float(np.sqrt(np.sum(middle[likely] ** 2)))

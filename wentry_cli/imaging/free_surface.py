@@ -13,8 +13,8 @@ BLOCKS = 24
 WIDEST_BAND = 61
 LINE_PX = 3.0  # what the finest meniscus looks like
 FAINTEST_DIP = 0.012
-# Above, where the whole outline is seen all the same, no trace of the band is wanted; below every row counts.
-CLEAR_ABOVE, CLEAR_BELOW = 0.03, 0.1
+# A ground that is a tenth darker moves the edge by a quarter of a pixel: no more than a trace of the band is wanted.
+CLEAR = 0.03
 NEARLY_ALL, BLUR_PX, LEAST_COLUMNS = 0.98, 6.0, 8
 
 
@@ -81,8 +81,8 @@ def clear_of_band(level: NDArray[np.float32], row: SurfaceRow, columns: tuple[fl
         return half + 1.0, half + 1.0
     dip = _dip(level)[:, first:last]
     reach = []
-    for step, least in ((-1, CLEAR_ABOVE), (1, CLEAR_BELOW)):
-        lines = (dip > least)[middle + step * np.arange(math.ceil(most) + 1)]
+    for step in (-1, 1):
+        lines = (dip > CLEAR)[middle + step * np.arange(math.ceil(most) + 1)]
         clear = np.where((~lines).any(axis=0), np.argmin(lines, axis=0), len(lines))
         reach.append(min(most, max(half + 1.0, float(np.quantile(clear, NEARLY_ALL)))))
     return reach[0], reach[1]

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.kinematics.interpolation import beside_gap
-from wentry_cli.kinematics.outliers import unseen_part
+from wentry_cli.kinematics.outliers import scattering, unseen_part
 from wentry_cli.kinematics.smoother import SmoothTrack, smooth_track
 
 Array = NDArray[np.float64]
@@ -106,7 +106,8 @@ def find_oscillation(
     times, values = np.asarray(times_s, dtype=float), np.asarray(stretch, dtype=float)
     after = (times > 0.0) & np.isfinite(values)
     spread = np.broadcast_to(np.asarray(stretch_unc, dtype=float), times.shape)
-    track = smooth_track(times[after], values[after], spread[after], events_s=(0.0,))
+    noise = scattering(times[after], values[after], spread[after])
+    track = smooth_track(times[after], values[after], noise, events_s=(0.0,))
     if track.status != "ok":
         return Oscillation((), (), None, "too_few")
     extrema = _significant(_extrema(track), minimum_swing)

@@ -13,6 +13,7 @@ Array = NDArray[np.float64]
 MAD_TO_SD = 1.4826
 GROSS = 8.0
 LATE = 4.0
+AROUND, LEAST_SHARE = 25, 1e-4
 
 
 def first_suspects(times: Array, position: Array, variance: Array, events: Array) -> NDArray[np.bool_]:
@@ -69,6 +70,22 @@ def scatter_ratio(times: Array, position: Array, unc: Array) -> float:
     score = _neighbour_score(times[good], position[good], unc[good] ** 2)[2:-2]
     typical = float(np.median(unc[good][2:-2]))
     return MAD_TO_SD * float(np.median(np.abs(score))) / (math.sqrt(70.0 / 36.0) * typical)
+
+
+def scattering(times: Array, position: Array, unc: Array) -> Array:
+    """Return the part of each frame's stated uncertainty that scatters from frame to frame, judged by those around it.
+
+    What the frames of a track have in common (the radius that was put into all of them, a shape that is no ellipse)
+    may be most of what is stated in one part of it and little in another. The scatter is that of ``scatter_ratio``
+    over ``AROUND`` frames, and no more than stated; as stated with fewer than nine frames.
+    """
+    if times.size < 9:
+        return unc
+    score = np.abs(_neighbour_score(times, position, unc**2))[2:-2] / (math.sqrt(70.0 / 36.0) * np.median(unc[2:-2]))
+    half = AROUND // 2
+    first = np.clip(np.arange(times.size) - 2 - half, 0, max(score.size - AROUND, 0))
+    share = np.array([MAD_TO_SD * float(np.median(score[i : i + AROUND])) for i in first])
+    return unc * np.clip(share, LEAST_SHARE, 1.0)
 
 
 def unseen_part(residual: Array, unc: Array) -> float:

@@ -64,6 +64,21 @@ UNKNOWN = Shape()
 NO_CHECK = ShapeCheck()
 
 
+def doubted_radius(air: PooledRadius, dry: Sequence[Sighting]) -> PooledRadius:
+    """The pooled radius in air, doubted by what it would change by were the stretch not free but one, as it is there.
+
+    A whole outline tells radius and stretch apart. Of a part of it that the surface band or the frame leaves, a ground
+    that is not quite known bends both. Nothing changes where the stretch is one within four standard errors.
+    """
+    free = [item.free_fit for item in dry if item.ok and item.free_fit is not None]
+    seen = [fit for fit in free if fit.covariance[3, 3] > 0.0 and fit.covariance[2, 2] > 0.0]
+    if not air.known or len(seen) < FEWEST_FRAMES:
+        return air
+    change = np.array([fit.covariance[2, 3] / fit.covariance[3, 3] * (fit.stretch - 1.0) for fit in seen])
+    middle, error = float(np.mean(change)), float(np.std(change, ddof=1)) / math.sqrt(len(change))
+    return replace(air, unc=math.hypot(air.unc, middle)) if abs(middle) > SIGNIFICANT * error else air
+
+
 def learn_departure(frames: Frames, ground: Background, dry: Sequence[Sighting]) -> Shape:
     """How the sphere departs from an ellipse, from the frames in air that show its whole outline."""
     whole = [item for item in dry if item.ok and item.fit is not None and item.fit.arc_fraction > 0.98]

@@ -18,7 +18,7 @@ from wentry_cli.tracking.follow import Plan
 from wentry_cli.tracking.mirror import NO_MIRROR, Mirror, find_mirror, without_rising
 from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.scale import PooledRadius, merge_media
-from wentry_cli.tracking.shape_check import NO_CHECK, ShapeCheck, learn_departure
+from wentry_cli.tracking.shape_check import NO_CHECK, ShapeCheck, doubted_radius, learn_departure
 from wentry_cli.tracking.sighting import Look, Sighting, sight
 from wentry_cli.tracking.source import Frames
 from wentry_cli.tracking.wet_plan import SideScene
@@ -72,7 +72,7 @@ def track_side(frames: Frames, ground: Background, seed: Path, scene: SideScene)
     below = WetTracker(frames, ground, scene, dry, shape=shape, mirror=mirror)
     wet, water, check = below.track(path, range(dry[-1].frame + 1, frames.count))
     if not scene.radius_air.known:
-        air, water = merge_media(air, water)
+        air, water = merge_media(doubted_radius(air, dry), water)
         dry = constrain(dry, air, wet=False)
     if not water.known:
         # there may or may not be a wall before the water
