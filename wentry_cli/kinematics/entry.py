@@ -56,6 +56,7 @@ def solve_entry_motion(
     slow_s: float = math.inf,
     fixed_m: float | Array = 0.0,
     tilt_deg: float | Array = 0.0,
+    below_m: float | Array = 0.0,
 ) -> EntryMotion:
     """Smooth y_b and y_c = y_b + R/λ² of a sphere that meets the surface at time 0.
 
@@ -67,12 +68,13 @@ def solve_entry_motion(
     of velocity and acceleration by itself over ``slow_s`` and its square; one of λ also by the rates at which its lever
     2R/λ³ on y_c changes. What is wrong below the surface has come about since impact: after it, no slower than that.
     ``fixed_m`` is the part that is one and the same in all frames before or in all after impact (the height of the
-    surface, the optical axis): it moves no speed. ``tilt_deg`` is how the axis leans in each frame (``centre_height``).
+    surface, the optical axis): it moves no speed. ``tilt_deg`` is how the axis leans in each frame (``centre_height``),
+    ``below_m`` how much lower than an ellipsoid its outline reaches (``below_ellipsoid``).
     """
     times = np.asarray(times_s, dtype=float)
     rigid = bool(np.all(stretch[1] == 0.0))
     resting = stretch_in_air(times, *stretch)
-    height, height_unc = centre_height(*bottom, *resting, radius_m, tilt_deg)
+    height, height_unc = centre_height(bottom[0] + below_m, bottom[1], *resting, radius_m, tilt_deg)
     # the impact stops the bottom of a soft sphere at once, its centre only by and by
     stopped = replace(ballistic, velocity_jump=0.0 if rigid else _speed(times, bottom[0]))
     pairs = (bottom, (height, height_unc))

@@ -77,7 +77,8 @@ def scattering(times: Array, position: Array, unc: Array) -> Array:
 
     What the frames of a track have in common (the radius that was put into all of them, a shape that is no ellipse)
     may be most of what is stated in one part of it and little in another. The scatter is that of ``scatter_ratio``
-    over ``AROUND`` frames, and no more than stated; as stated with fewer than nine frames.
+    over ``AROUND`` frames, and no more than stated; what a frame states beyond the median of these is its own. As
+    stated with fewer than nine frames.
     """
     if times.size < 9:
         return unc
@@ -85,7 +86,9 @@ def scattering(times: Array, position: Array, unc: Array) -> Array:
     half = AROUND // 2
     first = np.clip(np.arange(times.size) - 2 - half, 0, max(score.size - AROUND, 0))
     share = np.array([MAD_TO_SD * float(np.median(score[i : i + AROUND])) for i in first])
-    return unc * np.clip(share, LEAST_SHARE, 1.0)
+    usual = np.array([float(np.median(unc[i : i + AROUND + 4])) for i in first])
+    own = np.sqrt(np.maximum(unc**2 - usual**2, 0.0))
+    return np.hypot(np.minimum(unc, usual) * np.clip(share, LEAST_SHARE, 1.0), own)
 
 
 def unseen_part(residual: Array, unc: Array) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.kinematics.ballistic import fit_parabola
-from wentry_cli.kinematics.centre import early_shape_time, early_shape_time_from_period
+from wentry_cli.kinematics.centre import below_ellipsoid, early_shape_time, early_shape_time_from_period
 from wentry_cli.kinematics.entry import EntryMotion, fall_before_impact, solve_entry_motion
 from wentry_cli.kinematics.state_pass import Ballistic
 from wentry_cli.stages.inputs.columns import column, first_known, first_row, number
@@ -133,7 +133,17 @@ def entry_motion(
         slow_s=_slow(folder, side, drop),
         fixed_m=_fixed(geometry, column(side, "t_s")),
         tilt_deg=column(side, "tilt_deg"),
+        below_m=_below(side, drop),
     )
+
+
+def _below(side: pd.DataFrame, drop: Drop) -> Array:
+    """How much lower than an ellipsoid the outline reaches in each frame, m; 0 where a person has put a value in."""
+    stretch = column(side, "stretch") if drop.experiment.deformable else np.ones(len(side))
+    depth = column(side, "bottom_y_px") - column(side, "center_y_px")
+    radius_m = drop.experiment.sphere.radius_m
+    depth[(side["status"] == "manual").to_numpy(dtype=bool)] = np.nan
+    return below_ellipsoid(depth, column(side, "radius_px"), stretch, column(side, "tilt_deg"), radius_m)
 
 
 def _fixed(geometry: dict[str, Any], times: Array) -> Array:

@@ -13,7 +13,7 @@ from wentry_cli.tracking.tilt import identified_tilt
 
 SEPARATION_WINDOW = 2
 STUCK, STUCK_PX, STUCK_DEFORMED_PX, NEARBY = 4.0, 0.03, 0.1, 7
-MUCH_LESS_SURE = 5.0
+MUCH_LESS_SURE, SURE_PX, SURER = 5.0, 0.1, 0.5
 FIT_COLUMNS = {
     "center_x_px": "center_x_px",
     "center_y_px": "center_y_px",
@@ -58,13 +58,16 @@ def fit_columns(count: int, sightings: Sequence[Sighting]) -> dict[str, NDArray[
     return columns
 
 
-def local_bottom_holds(columns: dict[str, Any], *, deforms: bool) -> NDArray[np.bool_]:
+def local_bottom_holds(columns: dict[str, Any], doubt_px: float, *, deforms: bool) -> NDArray[np.bool_]:
     """Frames whose lowest point is that of the bottom alone: it was measured, and nothing sticks to it.
 
-    Droplets may also leave so little of the bottom that the whole outline knows much better.
+    Droplets may also leave so little of the bottom that the whole outline knows much better, even with the
+    ``doubt_px`` of its shape.
     """
     known = np.isfinite(columns["bottom_local_y_px"])
-    sure = columns["bottom_local_y_px_unc"] < MUCH_LESS_SURE * columns["bottom_y_px_unc"]
+    outline = columns["bottom_y_px_unc"]
+    enough = np.minimum(MUCH_LESS_SURE * outline, SURE_PX)
+    sure = columns["bottom_local_y_px_unc"] < np.maximum(enough, SURER * np.hypot(outline, doubt_px))
     return np.asarray(known & sure & ~contradicted_bottom(columns, deforms=deforms))
 
 

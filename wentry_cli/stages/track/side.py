@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.imaging.background import Background
 from wentry_cli.imaging.free_surface import SurfaceRow
-from wentry_cli.kinematics.centre import centre_height
+from wentry_cli.kinematics.centre import below_ellipsoid, centre_height
 from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.stages.track.axis import NO_AXIS, assumed_axis, checked_axis
 from wentry_cli.stages.track.exposure import exposure_frames, fitting_level
@@ -108,9 +108,11 @@ def _centre_m(columns: dict[str, Any], drop: Drop) -> NDArray[np.float64]:
     """Heights of the centre, NaN where the frame is not ok."""
     ok = np.array([word == "ok" for word in columns["status"]])
     stretch = columns["stretch"] if drop.experiment.deformable else np.ones(len(ok))
-    bottom = columns["y_b_m"], columns["y_b_m_unc"]
     radius_m, tilt_deg = drop.experiment.sphere.radius_m, columns["tilt_deg"]
-    return np.where(ok, centre_height(*bottom, stretch, columns["stretch_unc"], radius_m, tilt_deg)[0], np.nan)
+    depth = columns["bottom_y_px"] - columns["center_y_px"]
+    bottom = columns["y_b_m"] + below_ellipsoid(depth, columns["radius_px"], stretch, tilt_deg, radius_m)
+    height, _ = centre_height(bottom, columns["y_b_m_unc"], stretch, columns["stretch_unc"], radius_m, tilt_deg)
+    return np.where(ok, height, np.nan)
 
 
 def _measure_flight(drop: Drop, clip: Clip, ground: Background, seed: Path) -> SideResult:

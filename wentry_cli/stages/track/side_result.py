@@ -81,9 +81,9 @@ def in_metres(
     doubt = np.hypot(doubt, blurred_stretch(columns, exposure_frames(drop, "side", clip)))
     columns["stretch_unc"] = np.hypot(columns["stretch_unc"], doubt)
     columns = _without_impossible(columns)
+    use_local = local_bottom_holds(columns, check.bottom_offset_px, deforms=drop.experiment.deformable)
     columns["bottom_y_px_unc"] = np.hypot(columns["bottom_y_px_unc"], check.bottom_offset_px)
     local = columns["bottom_local_y_px"]
-    use_local = local_bottom_holds(columns, deforms=drop.experiment.deformable)
     bottom = np.where(use_local, local, columns["bottom_y_px"])
     unc = np.where(use_local, columns["bottom_local_y_px_unc"], columns["bottom_y_px_unc"])
     wet = np.zeros(clip.count, dtype=bool)
