@@ -52,6 +52,22 @@ def test_one_clean_sample_is_enough() -> None:
     assert np.all(clean_level(samples, 0.01) == 200)
 
 
+def test_a_faint_shade_in_most_samples_does_not_darken_the_ground() -> None:
+    rng = np.random.default_rng(8)
+    samples = np.stack([frame(80, 20 + 4 * k, 15, rng, noise=0.03) for k in range(20)]).astype(float)
+    samples[6:, 30:60, 20:60] *= 0.97
+    level = clean_level(samples.astype(np.uint8), 0.03)
+    assert np.median(level[32:58, 22:58] / lamp()[32:58, 22:58]) == pytest.approx(1.0, abs=0.006)
+
+
+def test_flicker_leaves_no_trace_where_samples_are_missing() -> None:
+    rng = np.random.default_rng(9)
+    light = 1.0 + 0.03 * np.cos(np.arange(20.0))
+    samples = np.stack([frame(80, 20 + 4 * k, 15, rng) * light[k] for k in range(20)])
+    level = clean_level(samples.astype(np.uint8), 0.01) / lamp()
+    assert float(np.median(level[:, :30])) == pytest.approx(float(np.median(level[30:90, 70:90])), abs=0.002)
+
+
 def test_noise_is_that_of_plain_ground() -> None:
     rng = np.random.default_rng(3)
     samples = (1000.0 * (1 + 0.02 * rng.normal(size=(16, 90, 90)))).astype(np.uint16)

@@ -12,6 +12,7 @@ from wentry_cli.compiled import compiled
 
 # The mean of this share of the smallest absolute values of a normal distribution, over its standard deviation.
 LOWER_SHARE, LOWER_MEAN = 0.8, 0.5586
+BLOCK_PX, LEAST_SHADE, MOST_FLICKER = 4, 0.004, 0.1
 
 
 def sample_indices(count: int, limit: int = 28) -> list[int]:
@@ -44,13 +45,45 @@ def relative_noise(samples: NDArray[Any]) -> float:
     return float(np.mean(lower) / (LOWER_MEAN * np.sqrt(2.0)))
 
 
+def flicker(samples: NDArray[Any]) -> NDArray[np.float32]:
+    """How bright the light is in each sample, 1 on the average: median over the bright pixels of a coarse grid.
+
+    1 where it is off by more than a lamp flickers: something else fills the picture.
+    """
+    grid = np.asarray(samples[:, ::9, ::9], dtype=np.float32)
+    usual = np.median(grid, axis=0)
+    bright = usual > 0.7 * np.percentile(usual, 80)
+    if not bright.any():
+        return np.ones(len(grid), np.float32)
+    light = np.median(grid[:, bright] / usual[bright], axis=1)
+    light = np.where(np.abs(light - 1.0) < MOST_FLICKER, light, 1.0)
+    return np.asarray(light / np.mean(light), np.float32)
+
+
+def _shaded(samples: NDArray[Any], light: NDArray[np.float32], noise: float) -> NDArray[np.bool_]:
+    """Where a sample is a little darker than the brightest are, seen over a dozen pixels each way: spray or the rim of
+    a shadow, which no single pixel tells from noise. Shape (samples, blocks down, blocks across).
+    """
+    rows, columns = samples.shape[1:]
+    size = (-(-columns // BLOCK_PX), -(-rows // BLOCK_PX))
+    coarse = np.empty((len(samples), size[1], size[0]), np.float32)
+    for index, sample in enumerate(samples):
+        padded = cv2.copyMakeBorder(
+            sample, 0, size[1] * BLOCK_PX - rows, 0, size[0] * BLOCK_PX - columns, cv2.BORDER_REPLICATE
+        )
+        mean = cv2.resize(padded, size, interpolation=cv2.INTER_AREA)
+        coarse[index] = cv2.blur(mean.astype(np.float32), (3, 3)) / light[index]
+    bright = np.partition(coarse, -3, axis=0)[-3] if len(coarse) >= 3 else np.max(coarse, axis=0)
+    return np.asarray(coarse < (1.0 - max(4.5 * noise / (3.0 * BLOCK_PX), LEAST_SHADE)) * bright)
+
+
 @compiled
-def _brightest(samples: NDArray[Any], row: int, top: NDArray[np.float32]) -> None:
+def _brightest(samples: NDArray[Any], row: int, scale: NDArray[np.float32], top: NDArray[np.float32]) -> None:
     # the three brightest samples of every pixel of a row, in order; sample after sample, as they lie in memory
     top[:] = 0.0
     for index in range(samples.shape[0]):
         for column in range(samples.shape[2]):
-            value = np.float32(samples[index, row, column])
+            value = np.float32(samples[index, row, column]) * scale[index]
             if value > top[2, column]:
                 if value > top[1, column]:
                     top[2, column] = top[1, column]
@@ -64,30 +97,40 @@ def _brightest(samples: NDArray[Any], row: int, top: NDArray[np.float32]) -> Non
 
 
 @compiled
-def _clean_mean(samples: NDArray[Any], tolerance: float, level: NDArray[np.float32]) -> None:
+def _clean_mean(
+    samples: NDArray[Any],
+    scale: NDArray[np.float32],
+    lit: NDArray[np.float32],
+    tolerance: float,
+    level: NDArray[np.float32],
+) -> None:
     count, rows, columns = samples.shape
     top = np.empty((3, columns), np.float32)
     bound = np.empty(columns, np.float32)
-    total = np.empty(columns, np.float32)
-    used = np.empty(columns, np.float32)
+    total, used = np.empty((2, columns), np.float32), np.empty((2, columns), np.float32)
     keep = np.float32(1.0 - tolerance)
     for row in range(rows):
-        _brightest(samples, row, top)
+        _brightest(samples, row, scale, top)
         for column in range(columns):
             first, second, third = top[0, column], top[1, column], top[2, column]
             lowest = first * keep
             bright = third if third >= lowest else (second if second >= lowest else first)
             bound[column] = max(bright * keep, np.float32(1e-6))
-            total[column] = 0.0
-            used[column] = 0.0
+        total[:] = 0.0
+        used[:] = 0.0
         for index in range(count):
+            share = lit[index, row // BLOCK_PX]
             for column in range(columns):
-                value = np.float32(samples[index, row, column])
-                good = value >= bound[column]
-                total[column] += value if good else np.float32(0.0)
-                used[column] += np.float32(1.0) if good else np.float32(0.0)
+                value = np.float32(samples[index, row, column]) * scale[index]
+                good = np.float32(1.0) if value >= bound[column] else np.float32(0.0)
+                total[0, column] += value * good
+                used[0, column] += good
+                good *= share[column]
+                total[1, column] += value * good
+                used[1, column] += good
         for column in range(columns):
-            level[row, column] = total[column] / used[column] if used[column] > 0 else np.nan
+            which = 1 if used[1, column] > 0 else 0
+            level[row, column] = total[which, column] / used[which, column] if used[which, column] > 0 else np.nan
 
 
 def clean_level(samples: NDArray[Any], noise: float) -> NDArray[np.float32]:
@@ -95,11 +138,13 @@ def clean_level(samples: NDArray[Any], noise: float) -> NDArray[np.float32]:
 
     ``samples`` is (frames, rows, columns) of grey levels, 0 where a sample is known to be covered; ``noise`` is
     relative. Samples darker than those by more than 4.5 standard deviations show something else (sphere, cavity,
-    droplets) and are left out, so that one clean sample is enough and many give an unbiased mean. NaN where every
-    sample is covered.
+    droplets) and are left out, of the pixel or of a dozen pixels each way, so that one clean sample is enough and many
+    give an unbiased mean. The light may flicker from sample to sample. NaN where every sample is covered.
     """
     level = np.empty(samples.shape[1:], np.float32)
-    _clean_mean(samples, max(4.5 * noise, 0.02), level)
+    light = flicker(samples)
+    lit = np.repeat(~_shaded(samples, light, noise), BLOCK_PX, axis=2)[:, :, : samples.shape[2]]
+    _clean_mean(samples, np.float32(1.0) / light, lit.astype(np.float32), max(4.5 * noise, 0.02), level)
     return level
 
 
