@@ -74,7 +74,7 @@ def write_views(folder: Path, known: Known, *, noise: float = 0.1, seed: int = 0
         "center_y_px": 300.0 - SCALE * known.y_c,
         "radius_px": np.full(n, SCALE * R),
         "radius_px_unc": np.full(n, 0.05),
-        "bottom_y_px": 300.0 - SCALE * y_b,
+        "bottom_y_px": 300.0 - SCALE * (known.y_c - R / (1.0 if rigid else stretch) ** 2),
         "bottom_y_px_unc": np.full(n, noise),
         "y_b_m": y_b,
         "y_b_m_unc": np.full(n, noise / SCALE),

@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from tests.tracking.clips import SHAPE, clip, ground_of
@@ -15,6 +18,7 @@ from wentry_cli.tracking.shape_check import (
     _significant,
     check_shape,
     corrected_radius,
+    doubted_radius,
     learn_departure,
 )
 from wentry_cli.tracking.sighting import Sighting
@@ -85,3 +89,21 @@ def test_a_few_frames_that_agree_by_chance_say_nothing() -> None:
     rows = [(ratio, 0.0, 0.0, 0.01, 1e-3, 0.03) for ratio in (0.0142, -0.0095, 0.0140)]
     assert _significant(rows)[0].tolist() == [0.0, 0.0, 0.0]
     assert _significant([(0.014, 0.0, 0.0, 0.002, 1e-3, 0.03)] * 4)[0][0] == 0.014
+
+
+def test_a_radius_that_goes_with_a_stretch_in_air_is_doubted() -> None:
+    frames = clip(lambda k: StillBody(80.2, 50.0 + 6 * k, RADIUS), 16)
+    dry = air(frames, ground_of(frames))
+    pooled = pool_sightings(dry, wet=False)
+    assert doubted_radius(pooled, dry) == pooled
+
+    def part(item: Sighting) -> Sighting:
+        """A fit of a part of the outline, whose radius goes with its stretch, and which is off by .001."""
+        assert item.free_fit is not None
+        covariance = np.diag([1e-4, 1e-4, 1e-4, 1e-8, 0.0])
+        covariance[2, 3] = covariance[3, 2] = 8e-7
+        return replace(item, free_fit=replace(item.free_fit, stretch=1.001 + 1e-5 * item.frame, covariance=covariance))
+
+    partial = [part(item) for item in dry if item.ok]
+    assert doubted_radius(pooled, partial).unc == pytest.approx(0.08, rel=0.15)
+    assert doubted_radius(pooled, partial).value == pooled.value

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -50,6 +52,14 @@ def test_pooling_and_constraining_leave_the_other_medium_alone(patch: Patch) -> 
     assert pool_sightings([seen, failed], wet=False).value == pytest.approx(40.0, abs=0.3)
     assert not pool_sightings([seen, failed], wet=True).known
     assert constrain([seen, failed], PooledRadius(40.0, 0.01, 5, 0.02), wet=True) == [seen, failed]
+
+
+def test_where_few_frames_tell_the_radius_well_half_hidden_ones_help(patch: Patch) -> None:
+    seen = examine(patch, 3, EllipseShape(80.0, 91.0, 40.0, 1.14), look("x y R stretch"))
+    assert seen.free_fit is not None
+    hidden = replace(seen, free_fit=replace(seen.free_fit, gated_fraction=0.45))
+    assert pool_sightings([seen] * 4 + [hidden] * 4, wet=False).count == 4
+    assert pool_sightings([seen] + [hidden] * 4, wet=False).count == 5
 
 
 def test_a_second_fit_leaves_radius_and_tilt_free(patch: Patch) -> None:

@@ -12,7 +12,9 @@ from wentry_cli.compiled import compiled
 
 # The mean of this share of the smallest absolute values of a normal distribution, over its standard deviation.
 LOWER_SHARE, LOWER_MEAN = 0.8, 0.5586
-BLOCK_PX, LEAST_SHADE, MOST_FLICKER = 4, 0.004, 0.1
+BLOCK_PX, LEAST_SHADE = 4, 0.004
+LEAST_FLICKER, MOST_FLICKER = 0.003, 0.1
+ALIKE, MOST_ALIKE = 0.01, 0.4
 
 
 def sample_indices(count: int, limit: int = 28) -> list[int]:
@@ -45,36 +47,44 @@ def relative_noise(samples: NDArray[Any]) -> float:
     return float(np.mean(lower) / (LOWER_MEAN * np.sqrt(2.0)))
 
 
-def flicker(samples: NDArray[Any]) -> NDArray[np.float32]:
-    """How bright the light is in each sample, 1 on the average: median over the bright pixels of a coarse grid.
-
-    1 where it is off by more than a lamp flickers: something else fills the picture.
-    """
-    grid = np.asarray(samples[:, ::9, ::9], dtype=np.float32)
-    usual = np.median(grid, axis=0)
-    bright = usual > 0.7 * np.percentile(usual, 80)
-    if not bright.any():
-        return np.ones(len(grid), np.float32)
-    light = np.median(grid[:, bright] / usual[bright], axis=1)
-    light = np.where(np.abs(light - 1.0) < MOST_FLICKER, light, 1.0)
-    return np.asarray(light / np.mean(light), np.float32)
-
-
-def _shaded(samples: NDArray[Any], light: NDArray[np.float32], noise: float) -> NDArray[np.bool_]:
-    """Where a sample is a little darker than the brightest are, seen over a dozen pixels each way: spray or the rim of
-    a shadow, which no single pixel tells from noise. Shape (samples, blocks down, blocks across).
-    """
+def _coarse(samples: NDArray[Any]) -> NDArray[np.float32]:
+    """Means over a dozen pixels each way, one for every block; shape (samples, blocks down, blocks across)."""
     rows, columns = samples.shape[1:]
     size = (-(-columns // BLOCK_PX), -(-rows // BLOCK_PX))
+    beyond = size[1] * BLOCK_PX - rows, size[0] * BLOCK_PX - columns
     coarse = np.empty((len(samples), size[1], size[0]), np.float32)
     for index, sample in enumerate(samples):
-        padded = cv2.copyMakeBorder(
-            sample, 0, size[1] * BLOCK_PX - rows, 0, size[0] * BLOCK_PX - columns, cv2.BORDER_REPLICATE
-        )
-        mean = cv2.resize(padded, size, interpolation=cv2.INTER_AREA)
-        coarse[index] = cv2.blur(mean.astype(np.float32), (3, 3)) / light[index]
-    bright = np.partition(coarse, -3, axis=0)[-3] if len(coarse) >= 3 else np.max(coarse, axis=0)
-    return np.asarray(coarse < (1.0 - max(4.5 * noise / (3.0 * BLOCK_PX), LEAST_SHADE)) * bright)
+        whole = cv2.copyMakeBorder(sample, 0, beyond[0], 0, beyond[1], cv2.BORDER_REPLICATE) if any(beyond) else sample
+        coarse[index] = cv2.blur(cv2.resize(whole, size, interpolation=cv2.INTER_AREA).astype(np.float32), (3, 3))
+    return coarse
+
+
+def flicker(coarse: NDArray[np.float32]) -> NDArray[np.float32]:
+    """How bright the light is in each sample, 1 on the average: what the brighter blocks say of each of them.
+
+    Shade and spray darken the others. All are 1 where the light is steady, and one is where it is off by more than a
+    lamp flickers: something else fills the picture.
+    """
+    usual = np.median(coarse, axis=0)
+    bright = usual > 0.7 * np.percentile(usual, 80)
+    if not bright.any():
+        return np.ones(len(coarse), np.float32)
+    ratio = coarse[:, bright] / usual[bright]
+    light = np.percentile(ratio, 75, axis=1)
+    alike = np.mean(np.abs(ratio - light[:, None]) < ALIKE, axis=1) > MOST_ALIKE
+    light = np.where(alike & (np.abs(light - 1.0) < MOST_FLICKER), light, 1.0)
+    steady = float(np.std(light)) < LEAST_FLICKER
+    return np.asarray(np.ones(len(coarse)) if steady else light / np.mean(light), np.float32)
+
+
+def _shaded(coarse: NDArray[np.float32], light: NDArray[np.float32], noise: float) -> NDArray[np.bool_]:
+    """Where a sample is a little darker than the brightest are: spray or the rim of a shadow.
+
+    No single pixel tells them from noise.
+    """
+    even = coarse / light[:, None, None]
+    bright = np.partition(even, -3, axis=0)[-3] if len(even) >= 3 else np.max(even, axis=0)
+    return np.asarray(even < (1.0 - max(4.5 * noise / (3.0 * BLOCK_PX), LEAST_SHADE)) * bright)
 
 
 @compiled
@@ -142,8 +152,9 @@ def clean_level(samples: NDArray[Any], noise: float) -> NDArray[np.float32]:
     give an unbiased mean. The light may flicker from sample to sample. NaN where every sample is covered.
     """
     level = np.empty(samples.shape[1:], np.float32)
-    light = flicker(samples)
-    lit = np.repeat(~_shaded(samples, light, noise), BLOCK_PX, axis=2)[:, :, : samples.shape[2]]
+    coarse = _coarse(samples)
+    light = flicker(coarse)
+    lit = np.repeat(~_shaded(coarse, light, noise), BLOCK_PX, axis=2)[:, :, : samples.shape[2]]
     _clean_mean(samples, np.float32(1.0) / light, lit.astype(np.float32), max(4.5 * noise, 0.02), level)
     return level
 

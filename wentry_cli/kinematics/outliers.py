@@ -88,7 +88,7 @@ def scattering(times: Array, position: Array, unc: Array) -> Array:
     share = np.array([MAD_TO_SD * float(np.median(score[i : i + AROUND])) for i in first])
     usual = np.array([float(np.median(unc[i : i + AROUND + 4])) for i in first])
     own = np.sqrt(np.maximum(unc**2 - usual**2, 0.0))
-    return np.hypot(np.minimum(unc, usual) * np.clip(share, LEAST_SHARE, 1.0), own)
+    return np.asarray(np.hypot(np.minimum(unc, usual) * np.clip(share, LEAST_SHARE, 1.0), own))
 
 
 def unseen_part(residual: Array, unc: Array) -> float:

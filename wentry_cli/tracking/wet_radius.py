@@ -13,7 +13,7 @@ from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius, pool_radius
 from wentry_cli.tracking.sighting import Sighting, radius_slope, with_radius
 
 SMALLEST_ARC = 0.30
-LARGEST_GATE, HALF_HIDDEN = 0.35, 0.5
+LARGEST_GATE, HALF_HIDDEN, FEW_TELL = 0.35, 0.5, 4
 ONE_VALUE_PER = 8
 # Relative change of the stretch of half an outline with the radius that is held.
 STRETCH_PER_RADIUS = -0.46
@@ -36,9 +36,9 @@ def pool_sightings(sightings: Sequence[Sighting], *, wet: bool) -> PooledRadius:
         if item.ok and item.wet == wet and item.free_fit is not None and item.free_fit.covariance[2, 2] > 0
     ]
     used = [fit for fit in free if tells_radius(fit)]
-    if not used:
-        # droplets on half of the outline in every frame: what is left tells the radius, less well
-        used = [fit for fit in free if fit.gated_fraction <= HALF_HIDDEN]
+    if len(used) < FEW_TELL:
+        # droplets on half of the outline in nearly every frame: what is left tells the radius, less well
+        used = [fit for fit in free if tells_radius(fit) or fit.gated_fraction <= HALF_HIDDEN]
     if not used:
         return NO_RADIUS
     return pool_radius(
