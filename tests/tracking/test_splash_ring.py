@@ -10,7 +10,7 @@ from wentry_cli.synthetic.still import StillBody
 from wentry_cli.tracking.seed import find_seed
 from wentry_cli.tracking.source import FrameArray
 from wentry_cli.tracking.splash_ring import judge_rings
-from wentry_cli.tracking.top import track_top
+from wentry_cli.tracking.top import _like_the_sphere, track_top
 
 CENTRE, RADIUS = (80, 100), 30.0
 
@@ -67,6 +67,33 @@ def test_a_circle_that_does_not_agree_with_itself_is_occluded() -> None:
     judged = judge_rings(frames, ground, seen)
     assert judged[5].status == "occluded"
     assert all(item.ok for item in judged if item.frame != 5)
+
+
+def test_a_ring_that_is_followed_in_most_frames_is_not_the_usual() -> None:
+    """The few plain circles say what the residual of a sphere is."""
+    frames, _ = ringed({})
+    ground = ground_of(frames)
+    seed = find_seed(frames, ground, range(0, 10, 2))
+    assert seed is not None
+    seen = track_top(frames, ground, seed)
+    for k in range(8, 40):
+        fit = seen[k].fit
+        assert fit is not None
+        seen[k] = replace(seen[k], fit=replace(fit, gated_fraction=0.4, residual_rms_px=10 * fit.residual_rms_px))
+    judged = judge_rings(frames, ground, seen)
+    assert [item.frame for item in judged if item.ok] == list(range(8))
+
+
+def test_the_outer_edge_of_a_ring_is_not_as_dark_within_as_the_sphere() -> None:
+    frames, _ = ringed({})
+    ground = ground_of(frames)
+    seed = find_seed(frames, ground, range(0, 10, 2))
+    assert seed is not None
+    circle = track_top(frames, ground, seed)[seed.frames[-1] + 1]
+    assert circle.inside < 0.2
+    accept = _like_the_sphere(seed, [circle.inside] * 5)
+    assert accept(circle)
+    assert not accept(replace(circle, inside=circle.inside + 0.3))
 
 
 def test_the_grey_floor_of_a_cavity_is_no_ring() -> None:

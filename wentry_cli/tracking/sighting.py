@@ -124,7 +124,10 @@ def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighti
         return Sighting(index, fit.status if fit.status != "ok" else "poor_fit", fit)
     if look.outline == "circle":
         crowded = ring_share(patch, fit, CLEAR_GROUND_PX) > MOST_CROWDED
-        return Sighting(index, "occluded" if crowded else "ok", fit, free_fit=fit, circle=True)
+        radius = fit.radius_px
+        inside = level_within(patch.values, fit.center_x_px - patch.x0, fit.center_y_px - patch.y0, radius, radius,
+                              -math.inf)  # fmt: skip
+        return Sighting(index, "occluded" if crowded else "ok", fit, free_fit=fit, circle=True, inside=inside)
     bottom = fit_local_bottom(patch, fit, motion_px=look.motion_px) if look.bottom else None
     lowest = extremes(fit.shape, look.departure)[1] if look.departure else fit.bottom_y_px
     if bottom is not None and not abs(bottom.y_px - lowest) < LARGEST_OFFSET_PX + LARGEST_MISFIT * fit.radius_px:

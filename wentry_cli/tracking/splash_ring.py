@@ -29,9 +29,11 @@ def judge_rings(frames: Frames, ground: Background, seen: Sequence[Sighting]) ->
 
     A circle counts while the ring touches at most 55 % of its outline, and the rest agrees with itself as well as in
     other frames; the uncertainty of its radius grows with the share of the outline at which the ring stands near.
-    Circles whose residual is four times the usual have the splash in them and are ``occluded``.
+    Circles whose residual is four times that of plain ones have the splash in them and are ``occluded``.
     """
-    residuals = [item.fit.residual_rms_px for item in seen if item.ok and item.fit is not None]
+    fits = [item.fit for item in seen if item.ok and item.fit is not None]
+    plain = [fit for fit in fits if fit.gated_fraction < SUSPICIOUS]
+    residuals = [fit.residual_rms_px for fit in plain or fits]
     usual = float(np.median(residuals)) if residuals else math.inf
     return [_judge(frames, ground, item, usual) for item in seen]
 

@@ -23,6 +23,7 @@ from wentry_cli.tracking.top_depth import Height, TopCamera
 HIDDEN_AFTER = 10
 # The softest spheres widen by 3 % of their radius a frame.
 FASTEST_GROWTH = 0.06
+FIRST_CIRCLES, BRIGHTER = 5, 0.15
 SEARCH_STEP = 1
 NEAREST = 1e-3  # of its distance from the surface, a sphere in front of the camera
 SMALLEST_AGAIN, LARGEST_AGAIN, ALIKE_AGAIN, BRIGHT_AGAIN = 0.6, 2.4, 0.08, 0.5
@@ -39,9 +40,10 @@ def track_top(
     plan = _circle_plan(frames.shape, level, exposure_frames)
     start = seed.frames[0]
     seen: list[Sighting] = []
+    darkness: list[float] = []
     path: Path | None = replace(seed)
     while path is not None:
-        watch = Watch(accept=_steady_growth(path), patience=HIDDEN_AFTER)
+        watch = Watch(accept=_like_the_sphere(path, darkness), patience=HIDDEN_AFTER)
         seen += follow(frames, ground, path, range(start, frames.count), plan, watch)
         path, start = find_again(frames, ground, path, seen[-1].frame + 1)
         seen += [Sighting(index, "occluded") for index in range(seen[-1].frame + 1, start)]
@@ -50,14 +52,22 @@ def track_top(
     return _hidden_at_the_end(judge_rings(frames, ground, [*reversed(before), *seen]))
 
 
-def _steady_growth(path: Path) -> Callable[[Sighting], bool]:
-    """Whether a circle is as large as the sphere can have become: not the outer or inner edge of the ring."""
+def _like_the_sphere(path: Path, darkness: list[float]) -> Callable[[Sighting], bool]:
+    """Whether a circle is as large as the sphere can have become, and as dark within: no edge of the ring is both.
+
+    ``darkness`` collects what the first circles are within.
+    """
 
     def accept(sighting: Sighting) -> bool:
         assert sighting.fit is not None
         last = path.shapes[-1].semi_across
         allowed = FASTEST_GROWTH * path.radius * (1 + abs(sighting.frame - path.frames[-1]))
-        return abs(sighting.fit.radius_px - last) < allowed
+        if not abs(sighting.fit.radius_px - last) < allowed:
+            return False
+        if len(darkness) < FIRST_CIRCLES:
+            darkness.append(sighting.inside)
+            return True
+        return not sighting.inside > float(np.nanmedian(darkness)) + BRIGHTER
 
     return accept
 
