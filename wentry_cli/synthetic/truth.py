@@ -27,6 +27,7 @@ from wentry_cli.synthetic.top_view import find_magnification, shows_circle
 
 Floats = NDArray[np.float64]
 LEAST_ARC = 0.2
+BAND_BLUR = 2.0
 WALL_ROWS = 24
 
 
@@ -53,7 +54,8 @@ def find_separation(course: Course, now: Instant) -> float:
 def is_measurable(course: Course, now: Instant, separation_m: float) -> bool:
     """Whether the side view shows the sphere: all of it before impact, at least a fifth of its outline after.
 
-    What is wet, below the dark band of the surface and not in front of the sphere's own mirror image is shown.
+    What is wet, below the dark band of the surface and its blur (two standard deviations), and not in front of the
+    sphere's own mirror image is shown.
     """
     camera = course.scene.side
     if camera is None:
@@ -63,7 +65,7 @@ def is_measurable(course: Course, now: Instant, separation_m: float) -> bool:
     if np.isfinite(separation_m):
         switches = course.scene.switches
         shown = now.outline[:, 1] < min(separation_m, 0.0)
-        shown &= pixels[:, 1] > view.surface_y_px + 0.5 * switches.surface_band_px
+        shown &= pixels[:, 1] > view.surface_y_px + 0.5 * switches.surface_band_px + BAND_BLUR * camera.lamp.psf_px
         if switches.mirror_image:
             shown &= ~_before_image(now.outline)
         if shown.sum() < LEAST_ARC * len(shown):

@@ -21,7 +21,7 @@ LOST_AFTER = 3
 GIVEN_UP_AFTER = 60
 LARGEST_JUMP = 0.3
 STRETCHES = (1.0, 1.2, 0.85, 1.4)
-STRETCHES_LOST = (*STRETCHES, 1.65, 1.85, 0.75)  # a soft sphere that was lost may have any
+STRETCHES_LOST = (*STRETCHES, 1.65, 1.85, 2.05, 0.75)  # a soft sphere that was lost may have any
 LATE_FRAMES, RISEN_PX = 3, 3.0
 UNREADABLE = {"bad_frame", "gap"}
 

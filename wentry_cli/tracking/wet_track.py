@@ -21,7 +21,7 @@ from wentry_cli.tracking.wet_plan import SideScene, WetPlan
 from wentry_cli.tracking.wet_radius import constrain, pool_sightings
 
 PILOT_FRAMES = 24
-HIDDEN_RADII = 4.0
+HIDDEN_RADII = 12.0
 DEFORMED, LEAST_DEFORMED = 0.03, 3
 BRIGHTER = 0.15  # of the ground: more is not the sphere that fell
 
@@ -73,7 +73,10 @@ class WetTracker:
         return seen, water, self.check
 
     def _watch(self, path: Path, learn: Callable[[Sighting], None]) -> Watch:
-        """Search for a lost sphere for as long as splash and mirror image may hide it: a fall by two diameters."""
+        """Search for a lost sphere for as long as splash and mirror image may hide it.
+
+        They do so over two diameters or less, but the water slows a soft sphere to a third of its speed and less.
+        """
         patience = GIVEN_UP_AFTER
         if self.speed > 0.0:
             patience = max(patience, round(HIDDEN_RADII * path.radius / self.speed))
