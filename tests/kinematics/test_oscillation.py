@@ -201,3 +201,17 @@ def test_a_peak_beside_a_gap_may_lie_in_it() -> None:
     assert result.periods[0].peak.time_unc_s > 4e-4
     assert plain.periods[0].peak.time_unc_s < 1e-4
     assert result.periods[1].peak.time_unc_s < 1e-4
+
+
+def test_a_first_peak_in_a_wide_gap_has_not_been_seen() -> None:
+    """Occluded from 2 to 9 ms of a ring of 25 ms: the smoothed λ bridges the gap, and no one knows how high it went."""
+    t = np.arange(200) / 1000.0 - 0.0005
+    clean = 1.0 + 0.4 * np.exp(-30.0 * np.maximum(t, 0.0)) * np.sin(2 * np.pi * np.maximum(t, 0.0) / 0.025)
+    seen = clean + 1e-3 * np.random.default_rng(2).normal(size=t.size)
+    whole = find_oscillation(t, seen, np.full(t.size, 1e-3))
+    assert whole.periods[0].peak.stretch == pytest.approx(clean[:15].max(), abs=4e-3)
+    seen[(t > 0.0022) & (t < 0.0092)] = np.nan
+    found = find_oscillation(t, seen, np.full(t.size, 1e-3))
+    assert np.isnan(found.periods[0].peak.stretch)
+    assert found.periods[0].status == "not_identified"
+    assert found.periods[1].peak.time_s == pytest.approx(whole.periods[1].peak.time_s, abs=3e-4)

@@ -9,7 +9,7 @@ from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.imaging.patch import Patch
 from wentry_cli.synthetic.still import StillBody, StillLight, draw_still
 from wentry_cli.tracking.scale import PooledRadius
-from wentry_cli.tracking.sighting import Look, Sighting, examine, radius_slope, with_radius
+from wentry_cli.tracking.sighting import FURTHER_PX, Look, Sighting, examine, radius_slope, with_radius
 from wentry_cli.tracking.wet_radius import constrain, pool_sightings
 
 BODY = StillBody(80.3, 90.7, 40.0, stretch=1.15, separation_y_px=86.0)
@@ -52,6 +52,23 @@ def test_pooling_and_constraining_leave_the_other_medium_alone(patch: Patch) -> 
     assert pool_sightings([seen, failed], wet=False).value == pytest.approx(40.0, abs=0.3)
     assert not pool_sightings([seen, failed], wet=True).known
     assert constrain([seen, failed], PooledRadius(40.0, 0.01, 5, 0.02), wet=True) == [seen, failed]
+
+
+def test_an_outline_that_changes_further_from_the_band_is_doubted_by_it(patch: Patch) -> None:
+    """A trace of the surface band lies on the first rows below the line."""
+    trace = 0.4 * np.exp(-0.25 * np.maximum(np.arange(200.0)[:, None] - 106.0, 0.0) ** 2)
+    bent = Patch((patch.values + (0.25 - patch.values) * trace).astype(np.float32))
+    beside = replace(look("x y stretch"), top_y_px=107.0, beside_band=True)
+    guess = EllipseShape(80.0, 91.0, 40.0, 1.14)
+    doubted = examine(bent, 0, guess, beside).fit
+    plain = examine(bent, 0, guess, replace(beside, beside_band=False)).fit
+    further = examine(bent, 0, guess, replace(beside, beside_band=False, top_y_px=107.0 + FURTHER_PX[0])).fit
+    assert doubted is not None
+    assert plain is not None
+    assert further is not None
+    change = further.stretch - plain.stretch
+    assert abs(change) > 1e-4
+    assert doubted.stretch_unc == pytest.approx(np.hypot(plain.stretch_unc, change), rel=0.1)
 
 
 def test_where_few_frames_tell_the_radius_well_half_hidden_ones_help(patch: Patch) -> None:

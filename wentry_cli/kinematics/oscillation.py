@@ -19,37 +19,15 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.kinematics.extremum import NO_TIME, UNSEEN, Extremum, ends, swing
+from wentry_cli.kinematics.hidden_peaks import first_peak_in_gap, starts_high, starts_on_peak, unseen_peaks
 from wentry_cli.kinematics.interpolation import beside_gap
 from wentry_cli.kinematics.outliers import scattering, unseen_part
 from wentry_cli.kinematics.smoother import SmoothTrack, smooth_track
 
 Array = NDArray[np.float64]
 FINE = 8  # samples per frame in the search for roots
-SIGNIFICANT = 4.0
 NEAR = 25  # frames around an extremum that tell what they have in common
-NO_TIME = float("nan")
-# The first peak and the first valley come so long after impact, in free periods: .23 to .35 in recordings and models.
-FIRST_PEAK, FIRST_VALLEY = 0.3, 0.8
-LATE_START, RISEN = 0.3, 2.0  # half periods after impact; standard uncertainties
-BESIDE = 0.1  # periods before and after a peak within which frames were measured, or else it was not seen
-
-
-@dataclass(frozen=True)
-class Extremum:
-    """A peak or valley: time after impact and stretch, each with its standard uncertainty.
-
-    ``common_unc`` is the part of ``stretch_unc`` that the frames around have in common.
-    """
-
-    time_s: float
-    time_unc_s: float
-    stretch: float
-    stretch_unc: float
-    peak: bool
-    common_unc: float = 0.0
-
-
-UNSEEN = Extremum(NO_TIME, NO_TIME, NO_TIME, NO_TIME, True)
 
 
 @dataclass(frozen=True)
@@ -111,25 +89,16 @@ def find_oscillation(
     if track.status != "ok":
         return Oscillation((), (), None, "too_few")
     extrema = _significant(_extrema(track), minimum_swing)
-    if len(extrema) == 1 and all(_swing(extrema[0], end, minimum_swing) < 1.0 for end in _ends(track)):
+    if len(extrema) == 1 and all(swing(extrema[0], end, minimum_swing) < 1.0 for end in ends(track)):
         extrema = ()
-    hidden = _starts_on_peak(extrema, track)
+    hidden = starts_on_peak(extrema, track) or first_peak_in_gap(extrema, times[after])
     extrema = extrema[1:] if hidden else extrema
-    unseen = _unseen_peaks(extrema, times[after], hidden or _starts_high(extrema, track, minimum_swing))
+    unseen = unseen_peaks(extrema, times[after], hidden or starts_high(extrema, track, minimum_swing))
     while extrema and not extrema[0].peak and not unseen:
         extrema = extrema[1:]
     extrema = tuple(_with_common(e, track, spread[after]) for e in extrema)
     periods = _periods(track, extrema, unseen)
     return Oscillation(extrema, periods, track, "ok" if periods else "too_few")
-
-
-def _ends(track: SmoothTrack) -> tuple[Extremum, ...]:
-    """The first and last state of the track, for a lone extremum to be compared with."""
-    frames = track.frames
-    return tuple(
-        Extremum(float(frames.times_s[i]), 0.0, float(frames.position[i]), float(frames.position_unc[i]), False)
-        for i in (0, -1)
-    )
 
 
 def _fine_times(track: SmoothTrack) -> Array:
@@ -167,7 +136,7 @@ def _significant(extrema: tuple[Extremum, ...], minimum_swing: float) -> tuple[E
     """Drop adjacent pairs that differ too little, the smallest difference first, then lone insignificant ends."""
     kept = list(extrema)
     while len(kept) > 1:
-        swings = np.array([_swing(a, b, minimum_swing) for a, b in pairwise(kept)])
+        swings = np.array([swing(a, b, minimum_swing) for a, b in pairwise(kept)])
         worst = int(np.argmin(swings))
         if swings[worst] >= 1.0:
             break
@@ -181,41 +150,6 @@ def _significant(extrema: tuple[Extremum, ...], minimum_swing: float) -> tuple[E
     return tuple(kept)
 
 
-def _starts_high(extrema: tuple[Extremum, ...], track: SmoothTrack, minimum_swing: float) -> bool:
-    """Whether λ falls to its first valley from above the 1 that it had at impact: then a peak lies in between."""
-    if not extrema or extrema[0].peak:
-        return False
-    start = _ends(track)[0]
-    falls = start.stretch > extrema[0].stretch and _swing(start, extrema[0], minimum_swing) >= 1.0
-    return falls and start.stretch > 1.0 and _swing(start, Extremum(0.0, 0.0, 1.0, 0.0, False), minimum_swing) >= 1.0
-
-
-def _starts_on_peak(extrema: tuple[Extremum, ...], track: SmoothTrack) -> bool:
-    """Whether the first peak stands where the record begins, late, and λ was not seen to rise to it.
-
-    Then it may as well have been higher and before, where nothing was measured.
-    """
-    if len(extrema) < 2 or not extrema[0].peak:
-        return False
-    start, peak = _ends(track)[0], extrema[0]
-    late = start.time_s > LATE_START * (extrema[1].time_s - peak.time_s)
-    return late and peak.stretch - start.stretch < RISEN * float(np.hypot(start.stretch_unc, peak.stretch_unc))
-
-
-def _unseen_peaks(extrema: tuple[Extremum, ...], measured_s: Array, certain: bool) -> int:
-    """How many peaks lie before the first extremum, in frames that were not measured; at least one if ``certain``."""
-    if len(extrema) < 2:
-        return 0
-    alike = [b.time_s - a.time_s for a, b in zip(extrema, extrema[2:], strict=False)]
-    period = float(np.median(alike)) if alike else 2.0 * (extrema[1].time_s - extrema[0].time_s)
-    first = extrema[0]
-    phase = first.time_s / period
-    count = round(phase - FIRST_PEAK) if first.peak else round(phase - FIRST_VALLEY) + 1
-    off = (measured_s - first.time_s) / period + (1.0 if first.peak else 0.5)  # from the last peak before it
-    seen = np.any((off > -BESIDE) & (off < 0.0)) and np.any((off > 0.0) & (off < BESIDE))
-    return max(count, 1) if certain else 0 if seen else max(count, 0)
-
-
 def _with_common(extremum: Extremum, track: SmoothTrack, stated: Array) -> Extremum:
     """Add what the frames around an extremum do not know together, in quadrature."""
     times = track.frames.times_s
@@ -224,11 +158,6 @@ def _with_common(extremum: Extremum, track: SmoothTrack, stated: Array) -> Extre
     stretch_unc = float(np.hypot(extremum.stretch_unc, common))
     time_unc = float(np.hypot(extremum.time_unc_s, beside_gap(extremum.time_s, times)))
     return replace(extremum, stretch_unc=stretch_unc, time_unc_s=time_unc, common_unc=common)
-
-
-def _swing(a: Extremum, b: Extremum, minimum_swing: float) -> float:
-    needed = max(minimum_swing, SIGNIFICANT * float(np.hypot(a.stretch_unc, b.stretch_unc)))
-    return abs(a.stretch - b.stretch) / needed
 
 
 def _periods(track: SmoothTrack, extrema: tuple[Extremum, ...], unseen: int) -> tuple[Period, ...]:

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.kinematics.extremum import Extremum
 from wentry_cli.kinematics.merging import MergedStretch, find_offset, merge_stretch
-from wentry_cli.kinematics.oscillation import Extremum, Oscillation, Period, find_oscillation
+from wentry_cli.kinematics.oscillation import Oscillation, Period, find_oscillation
 from wentry_cli.stages.inputs.columns import column
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 

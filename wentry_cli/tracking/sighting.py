@@ -29,6 +29,7 @@ BESIDE_PX, DARKEST_GROUND = (2.0, 4.0), 0.5
 MOST_CROWDED = 0.2
 LEAST_OBLATE = 0.05  # of the stretch from 1: a rounder sphere does not tell how it leans
 WITHIN_PX, RAYS_WITHIN = 4.0, 24
+FURTHER_PX = (1.5, 1.0)
 
 Box = tuple[float, float, float, float]
 
@@ -42,7 +43,8 @@ class Look:
     or circle (``one_sided``: what disagrees lies outside); ``bottom`` and ``separation`` say what else is measured,
     ``also_free`` that a second fit leaves radius and tilt free. ``tilt_deg`` is the tilt to start from or to hold,
     None keeps that of the prediction, and ``tilt_unc_deg`` how well it is known. ``departure`` is how the outline of
-    this sphere is known to differ from an ellipse.
+    this sphere is known to differ from an ellipse. ``beside_band``: the outline is looked at right up to the surface
+    band, whose blur may bend its end.
     """
 
     box: Box
@@ -58,6 +60,7 @@ class Look:
     tilt_deg: float | None = None
     tilt_unc_deg: float = 0.0
     departure: Departure = NONE
+    beside_band: bool = False
 
 
 @dataclass(frozen=True)
@@ -128,6 +131,8 @@ def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighti
         inside = level_within(patch.values, fit.center_x_px - patch.x0, fit.center_y_px - patch.y0, radius, radius,
                               -math.inf)  # fmt: skip
         return Sighting(index, "occluded" if crowded else "ok", fit, free_fit=fit, circle=True, inside=inside)
+    if look.beside_band:
+        fit = _doubted_beside_band(patch, fit, look)
     bottom = fit_local_bottom(patch, fit, motion_px=look.motion_px) if look.bottom else None
     lowest = extremes(fit.shape, look.departure)[1] if look.departure else fit.bottom_y_px
     if bottom is not None and not abs(bottom.y_px - lowest) < LARGEST_OFFSET_PX + LARGEST_MISFIT * fit.radius_px:
@@ -161,6 +166,22 @@ def _fit_ellipse(patch: Patch, guess: EllipseShape, look: Look) -> SilhouetteFit
         level=look.level,
         departure=look.departure,
         tilt_unc_deg=look.tilt_unc_deg,
+    )
+
+
+def _doubted_beside_band(patch: Patch, fit: SilhouetteFit, look: Look) -> SilhouetteFit:
+    """The fit, doubted by what it changes by when the outline is left out a little further from the surface band."""
+    further = (_fit_ellipse(patch, fit.shape, replace(look, top_y_px=look.top_y_px + away)) for away in FURTHER_PX)
+    change = next((other.shape.vector() - fit.shape.vector() for other in further if usable(other)), None)
+    if change is None:
+        return fit
+    covariance = fit.covariance + np.outer(change, change)
+    gradient = bottom_gradient(fit.shape)
+    return replace(
+        fit,
+        covariance=covariance,
+        stretch_unc=math.sqrt(covariance[3, 3]),
+        bottom_y_unc_px=math.sqrt(float(gradient @ covariance @ gradient)),
     )
 
 

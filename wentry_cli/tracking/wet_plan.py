@@ -115,11 +115,12 @@ class WetPlan:
         if piloting and self.scene.deformable and abs(guess.stretch - 1.0) > LEAST_OBLATE:
             free += " tilt"
         box = box_around(guess, margin_of(guess.radius))
+        top = self.top_row(guess)
         exposure = self.scene.exposure_frames
         return Look(
             (box[0], max(box[1], self.scene.ceiling_px), box[2], box[3]),
             free,
-            self.top_row(guess),
+            top,
             (velocity[0] * exposure, velocity[1] * exposure),
             self.scene.level,
             separation=True,
@@ -127,4 +128,5 @@ class WetPlan:
             tilt_deg=self.tilt.value,
             tilt_unc_deg=self.tilt.unc,
             departure=self.departure,
+            beside_band=top <= self.scene.ceiling_px,
         )
