@@ -166,7 +166,8 @@ def test_init_then_check(tmp_path: Path) -> None:
     done = wentry("init", "new", cwd=tmp_path)
     assert done.returncode == 0
     done = wentry("check", "new", cwd=tmp_path)
-    assert done.returncode == 4, "the recording is still missing"
+    assert done.returncode == 3
+    assert "experiment.yaml:4:3: error: sphere.diameter_m: is left empty; fill it in" in done.stderr
     assert wentry("init", "new", cwd=tmp_path).returncode == 4
 
 

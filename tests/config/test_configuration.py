@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -290,10 +291,27 @@ def test_water_at_twenty_degrees() -> None:
     assert water["surface_tension_n_m"] == pytest.approx(0.07275, abs=1e-4)
 
 
-def test_the_scaffold_is_valid_and_never_overwrites(tmp_path: Path) -> None:
+def filled(folder: Path) -> Path:
+    """What a user fills in."""
+    path = folder / "experiment.yaml"
+    text = path.read_text(encoding="utf-8")
+    for key, value in (("diameter_m", "0.051"), ("density_kg_m3", "1070"), ("material", "rigid"), ("fps", "2000")):
+        text = re.sub(rf"^( +{key}:) +#", rf"\1 {value} #", text, flags=re.MULTILINE)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_the_scaffold_asks_for_what_only_the_user_knows(tmp_path: Path) -> None:
+    write_scaffold(tmp_path)
+    with pytest.raises(ConfigurationError, match=r"diameter_m: is left empty; fill it in\n.*fps: is left empty"):
+        read_drop("drop", tmp_path)
+
+
+def test_the_filled_scaffold_is_valid_and_never_overwritten(tmp_path: Path) -> None:
     (tmp_path / "run_top.cihx").touch()
     (tmp_path / "run_side.cine").touch()
     write_scaffold(tmp_path)
+    filled(tmp_path)
     drop = read_drop("drop", tmp_path)
     assert drop.view("side").source == "run_side.cine"
     assert drop.view("top").source == "run_top.cihx"
@@ -304,9 +322,10 @@ def test_the_scaffold_is_valid_and_never_overwrites(tmp_path: Path) -> None:
 @pytest.mark.parametrize("kind", ["water_entry", "surface_impact", "free_flight"])
 def test_the_scaffold_is_of_the_kind_asked_for(tmp_path: Path, kind: str) -> None:
     write_scaffold(tmp_path, kind)
+    path = filled(tmp_path)
     drop = read_drop("drop", tmp_path)
     assert drop.experiment.kind == kind
-    assert ("material" in (tmp_path / "experiment.yaml").read_text(encoding="utf-8")) is (kind != "free_flight")
+    assert ("material" in path.read_text(encoding="utf-8")) is (kind != "free_flight")
 
 
 def test_the_scaffold_needs_a_folder(tmp_path: Path) -> None:

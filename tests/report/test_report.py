@@ -210,7 +210,7 @@ def test_nothing_measured_is_a_page_that_says_so(tmp_path: Path) -> None:
     run(results, configured(tmp_path / "videos", CAMPAIGN[:1]))
     text = read_page(results).text
     assert "none of the paper's panels" in text
-    assert "no summary" in text
+    assert "not finished" in text
 
 
 def test_figures_of_an_earlier_report_go(tmp_path: Path) -> None:

@@ -30,13 +30,17 @@ def test_a_row_per_frame_with_times_and_levels(drop: Path, tmp_path: Path) -> No
     assert set(frames.status) == {"ok"}
 
 
-def test_a_gap_and_a_truncated_image_are_rows(drop: Path, tmp_path: Path) -> None:
+def test_a_gap_and_a_truncated_image_are_rows_and_told(
+    drop: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     images = sorted((drop / "side").iterdir())
     images[3].unlink()
     images[5].write_bytes(images[5].read_bytes()[:400])
     ingest.run(tmp_path / "out", read_drop("drop", drop))
     frames = read_table(tmp_path / "out", "frames")
     assert list(frames.status[2:7]) == ["ok", "gap", "ok", "bad_frame", "ok"]
+    assert "frames of the side view cannot be read (5); they are left out" in caplog.text
+    assert "frames of the side view are missing (3); they are left out" in caplog.text
     assert frames.mean_level.isna().sum() == 2
     assert frames.time_s.notna().all()
 

@@ -171,3 +171,17 @@ def test_nothing_that_was_tracked(tmp_path: Path) -> None:
     kinematics.run(tmp_path, make_drop())
     kinematics.run(tmp_path, make_drop(kind="free_flight", sphere={"diameter_m": 0.03}, material="rigid"))
     assert not list(tmp_path.iterdir())
+
+
+def test_a_fall_that_is_not_that_of_gravity_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """Half the frame rate given: times twice as long, and a quarter of the acceleration."""
+    known = motion()
+    write_views(tmp_path, known)
+    kinematics.run(tmp_path, make_drop())
+    assert "falls with" not in caplog.text
+    side = read_table(tmp_path, "side")
+    side["t_s"] *= 2.0
+    write_table(tmp_path, "side", side)
+    kinematics.run(tmp_path, make_drop())
+    assert "before impact the sphere falls with 2.4 ±" in caplog.text
+    assert "check fps" in caplog.text

@@ -27,8 +27,9 @@ def command(results: Path, truth: Path, only: tuple[str, ...], as_json: bool) ->
     if as_json:
         show_json(lines)
         return
+    width = max([len(line["drop"]) for line in lines], default=4)
     click.echo(
-        f"{'drop':20} {'table':16} {'quantity':22} {'n':>9} {'bias':>11} {'rmse':>11} {'pull':>6} {'>3u':>6}  unit"
+        f"{'drop':{width}} {'table':16} {'quantity':22} {'n':>9} {'bias':>11} {'rmse':>11} {'pull':>6} {'>3u':>6}  unit"
     )
     for line in lines:
         share = f"{line['measured']}/{line['measurable']}"
@@ -38,7 +39,7 @@ def command(results: Path, truth: Path, only: tuple[str, ...], as_json: bool) ->
             f"{_or_dash(line['pull'], '.2f'):>6}",
             f"{_or_dash(line['beyond_3'], '.1%'):>6}",
         ]
-        named = f"{line['drop']:20} {line['table']:16} {line['quantity']:22} {share:>9}"
+        named = f"{line['drop']:{width}} {line['table']:16} {line['quantity']:22} {share:>9}"
         click.echo(f"{named} {' '.join(numbers)}  {line['unit']} {line['note']}".rstrip())
 
 

@@ -39,5 +39,14 @@ def command(video_dir: Path, settings: tuple[str, ...], only: tuple[str, ...], *
     flow.carry_out(
         read_campaign(video_dir, settings, only),
         "process",
-        lambda campaign, _: f"{opt.counted(len(campaign.drops), 'drop')} measured; next: wentry fit {flow.results}",
+        lambda campaign, _: _farewell(flow, len(campaign.drops), video_dir),
     )
+
+
+def _farewell(flow: Flow, drops: int, video_dir: Path) -> str:
+    from wentry_cli.pipeline import stages_of
+
+    counted = opt.counted(drops, "drop")
+    if flow.until not in (None, stages_of("process")[-1].name):
+        return f"{counted}: done as far as {flow.until}; next: wentry process {video_dir} -o {flow.results}"
+    return f"{counted} measured; next: wentry fit {flow.results}"

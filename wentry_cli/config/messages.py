@@ -97,6 +97,8 @@ def _message(problem: Any, path: KeyPath, model: type[BaseModel]) -> str:
         return "unknown key" + _did_you_mean(path, model)
     if kind == "value_error":
         return str(problem["ctx"]["error"])
+    if problem["input"] is None and kind != "missing":
+        return "is left empty; fill it in"
     sentence = _PLAIN.get(kind, "cannot be {input}")
     return sentence.format(input=_shown(problem["input"]), **_context(problem))
 

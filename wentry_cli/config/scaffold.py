@@ -13,20 +13,24 @@ TEMPLATE = """\
 # One drop. Every key carries its unit; docs/configuration.md lists them all.
 kind: {kind:22} # water_entry | surface_impact (rigid surface) | free_flight
 sphere:
-  diameter_m: 0.051          # undeformed
-  diameter_m_unc: 0.0002     # standard uncertainty
+  diameter_m:                # undeformed, e.g. 0.051; it gives the scale
+# diameter_m_unc: 0.0002     # standard uncertainty
 {falls}views:
 {views}"""
 FALLS = """\
-  density_kg_m3: 1070
-  material: rigid            # rigid, or a key of materials.yaml such as dragonskin_6p70_small
+  density_kg_m3:             # e.g. 1070
+  material:                  # rigid, or a key of materials.yaml such as dragonskin_6p70_small; unknown: leave it empty
 # drop:
 #   height_m: 1.53           # from the bottom of the sphere to the surface: a cross-check of the speed
 """
 VIEW = """\
   {name}:
     source: {source}
-    fps: {fps}              # frames/s; from_header where the recording knows it
+    fps: {fps:21} # frames/s; from_header where the recording knows it
+"""
+TOP = """\
+#   scale_px_per_m: 4000     # in the plane of the surface; without it from the sphere's approach
+#   camera_distance_m: 1.5   # from the lens to the surface
 """
 
 
@@ -43,7 +47,8 @@ def write_scaffold(folder: Path, kind: str = "water_entry") -> Path:
         raise InputError(f"{path}: stands already; edit it, or remove it to start anew")
     sources = _sources(folder)
     views = "".join(
-        VIEW.format(name=name, source=source, fps="from_header" if _knows_rate(source) else "2000 ")
+        VIEW.format(name=name, source=source, fps="from_header" if _knows_rate(source) else "")
+        + (TOP if name == "top" and kind != "free_flight" else "")
         for name, source in sources.items()
     )
     falls = "" if kind == "free_flight" else FALLS

@@ -52,7 +52,7 @@ DROP_COLUMNS: Columns = {
     "v (m/s)": _cell("velocity_m_s"),
     "a (m/s²)": _cell("acceleration_m_s2"),
     "frames": _frames,
-    "status": lambda drop: drop.text("status") or "no summary",
+    "status": lambda drop: drop.text("status") or "not finished",
 }
 ENTRY_COLUMNS: Columns = {
     "drop": lambda drop: drop.name,
@@ -70,6 +70,7 @@ ENTRY_COLUMNS: Columns = {
 WATER_ONLY = {"froude"}
 EFFECTIVE = {"diameter_eff_m", "tp_u0_over_deff"}
 PINCH_OFF = {"t_p_s", "y_p_m", "tp_u0_over_d", "pinch_off_cavity", *EFFECTIVE}
+SIDE_ONLY = {"impact_speed_m_s", "froude", "stiffness_ratio", "speed_after_period_m_s", "delta_u_over_u0", *PINCH_OFF}
 OTHER_SEALS = {"sphere_seal", "surface_seal"}
 SOFT_ONLY = {"g_inf_pa", "stiffness_ratio", "period_s", "stretch_peak_1", "pinch_off_cavity", "delta_u_over_u0",
              "speed_after_period_m_s"}  # fmt: skip
@@ -81,6 +82,8 @@ def _reason(drop: DropResults, column: str) -> str:
         return ""
     if (column in WATER_ONLY and drop.kind != "water_entry") or (column in SOFT_ONLY and drop.rigid):
         return ""
+    if column in SIDE_ONLY and drop.kind == "water_entry" and drop.table("side").empty:
+        return "no side view"
     if column in PINCH_OFF:
         events = drop.table("events")
         found = [as_text(word) for word in events.loc[events["event"] == "pinch_off", "status"]]

@@ -190,10 +190,10 @@ def _failed_before(results: Path, drop: Drop) -> list[Failure]:
         if stage.why_not(drop) is not None:
             continue
         if not isinstance(known, dict):
-            sentence = f"{drop.name}: stage {stage.name} has not run; run `wentry process` first"
+            sentence = f"stage {stage.name} has not run; run `wentry process` first"
             return [Failure(drop.name, stage.name, InputError.exit_code, sentence)]
         if known.get("error") == INTERRUPTED:
-            sentence = f"{drop.name}: stage {stage.name} was interrupted; run `wentry process` again"
+            sentence = f"stage {stage.name} was interrupted; run `wentry process` again"
             return [Failure(drop.name, stage.name, InputError.exit_code, sentence)]
         if known.get("error"):
             return [Failure(drop.name, stage.name, int(known.get("exit_code", 1)), str(known["error"]))]

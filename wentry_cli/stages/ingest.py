@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 STRIP_ROWS = 4
 STRIPS = 3
+SHOWN = 5  # frames that a message names
 logger = logging.getLogger(__name__)
 RANDOM_ACCESS = ("Photron", "Phantom")
 
@@ -144,6 +145,7 @@ def _view_rows(drop: Drop, name: str, done: int) -> dict[str, Any]:
                 status[index] = error.status
             if index % 32 == 0:
                 tick(done + index, done + count)
+        _tell_damage(drop.name, name, status)
         if looks.repeated:
             # what such a frame shows is not of its own time
             for index in looks.repeated:
@@ -164,6 +166,18 @@ def _view_rows(drop: Drop, name: str, done: int) -> dict[str, Any]:
         }
     finally:
         opened.recording.close()
+
+
+def _tell_damage(drop: str, view: str, status: list[str]) -> None:
+    """Say which frames cannot be read and which the numbering skips."""
+    for word, what in (("bad_frame", "cannot be read"), ("gap", "are missing")):
+        lost = [index for index, one in enumerate(status) if one == word]
+        if lost:
+            shown = ", ".join(str(index) for index in lost[:SHOWN]) + (" and others" if len(lost) > SHOWN else "")
+            logger.warning(
+                "%s: %d of %d frames of the %s view %s (%s); they are left out",
+                drop, len(lost), len(status), view, what, shown,
+            )  # fmt: skip
 
 
 def run(folder: Path, drop: Drop) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
 
 Array = NDArray[np.float64]
+logger = logging.getLogger(__name__)
+FEWEST_IN_FALL, SLOW_EDGE_PX, CLEARLY_OFF = 8, 0.03, 5.0
 NOMINAL_DENSITY = 1070.0  # the paper's; only bounds the drag of the air where none was given
 
 
@@ -108,11 +111,29 @@ def _entry(folder: Path, drop: Drop) -> dict[str, Any] | None:
         return None
     side, geometry = read_table(folder, "side"), first_row(folder, "geometry", view="side")
     times = column(side, "t_s")
+    _check_fall(drop, times, (column(side, "y_b_m"), column(side, "y_b_m_unc")), number(geometry, "scale_px_per_m"))
     motion = entry_motion(folder, drop, _stretch(folder, drop, times))
     x, _ = _positions(side, geometry, origin_y_px=math.nan)
     columns: dict[str, Any] = {"frame": side["frame"].to_numpy(), "t_s": times, "x_c_m": x} | motion_columns(motion)
     columns["status"] = _words(side, columns, motion, _early_until(folder, drop))
     return columns
+
+
+def _check_fall(drop: Drop, times: Array, bottom: tuple[Array, Array], scale_px_m: float) -> None:
+    """Warn where the sphere falls before impact with clearly another acceleration than that of gravity."""
+    before = (times < 0.0) & np.isfinite(bottom[0])
+    if before.sum() < FEWEST_IN_FALL:
+        return
+    fit = fit_parabola(times[before], bottom[0][before], bottom[1][before], relative=True)
+    found, unc = -float(fit.parameters[2]), math.sqrt(float(fit.covariance[2, 2]))
+    # an edge that errs by a part of a pixel, slowly, looks like the bend of a parabola
+    bend = 8.0 * SLOW_EDGE_PX / scale_px_m / float(np.ptp(times[before])) ** 2
+    gravity = drop.experiment.gravity_m_s2
+    if abs(found - gravity) > max(CLEARLY_OFF * unc + bend, 0.25 * gravity):
+        logger.warning(
+            "%s: before impact the sphere falls with %.2g ± %.1g m/s², not with gravity_m_s2 = %.3g: check fps and "
+            "sphere.diameter_m, which give time and scale", drop.name, found, unc, gravity,
+        )  # fmt: skip
 
 
 def entry_motion(
