@@ -11,8 +11,8 @@ from matplotlib.figure import FigureBase
 from wentry_cli.report.campaign import Campaign, DropResults
 from wentry_cli.report.curves import measured
 from wentry_cli.report.names import file_stem
-from wentry_cli.report.oscillation_panels import measured_stretch, model_stretch
 from wentry_cli.report.panel import NotDrawn, Panel
+from wentry_cli.report.stretch_curves import measured_stretch, model_stretch
 from wentry_cli.report.style import GREY, WIDE_SIZE, plain
 
 IMPACT_TITLE = "Impact on a rigid surface"

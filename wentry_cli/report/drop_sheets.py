@@ -13,8 +13,8 @@ from matplotlib.figure import FigureBase
 from wentry_cli.report.campaign import Campaign, DropResults
 from wentry_cli.report.curves import measured
 from wentry_cli.report.names import file_stem
-from wentry_cli.report.oscillation_panels import draw_stretch, measured_stretch, model_stretch
 from wentry_cli.report.panel import NotDrawn, Panel
+from wentry_cli.report.stretch_curves import draw_stretch, measured_stretch, model_stretch
 from wentry_cli.report.style import BLACK, BLUE, GREEN, GREY, ORANGE
 from wentry_cli.report.velocity_panels import with_gaps
 

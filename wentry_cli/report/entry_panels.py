@@ -51,7 +51,7 @@ def bottom_position(campaign: Campaign) -> Panel | NotDrawn:
 
     caption = (
         f"Lowest point y_b of drop {drop.name} over the diameter D against time over the time of pinch-off t_p = "
-        f"{1e3 * t_p:.1f} ms. Bars: standard uncertainty. Vertical lines: the frames of the film strip, side view."
+        f"{1e3 * t_p:.1f} ms. Bars: standard uncertainty. Vertical lines: the frames of the film strip."
     )
     return Panel("3c", "fig_3c_bottom_position", title, caption, data, draw, drop=drop.name)
 
@@ -91,11 +91,18 @@ def stretch_in_time(campaign: Campaign) -> Panel | NotDrawn:
         ax.margins(x=0.03)
 
     caption = (
-        f"Principal stretch λ of drop {drop.name}, from the top view before the splash domes over and from the side "
-        "view "
-        "after it. Bars: standard uncertainty. Vertical lines: the frames of the film strip, side view."
+        f"Principal stretch λ of drop {drop.name}, {_sources(data)}. Bars: standard uncertainty. Vertical lines: the "
+        "frames of the film strip."
     )
     return Panel("3d", "fig_3d_stretch", title, caption, data, draw, drop=drop.name)
+
+
+def _sources(data: pd.DataFrame) -> str:
+    """Which views λ comes from."""
+    seen = [name for name in ("top", "side", "both") if bool((data["series"] == name).any())]
+    if seen in (["top"], ["side"]):
+        return f"from the {seen[0]} view"
+    return "from both views where both see the sphere, elsewhere from the one that does"
 
 
 def _moment_rows(drop: DropResults, column: str, unit: float) -> pd.DataFrame:

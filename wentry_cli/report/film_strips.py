@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
-from matplotlib.patches import Ellipse
+from matplotlib.patches import Ellipse, Rectangle
 from matplotlib.patheffects import withStroke
 
 from wentry_cli.errors import WentryError
@@ -67,8 +67,11 @@ def _panel(drop: DropResults, view: str, shots: list[Shot], region: Region) -> P
     data = pd.DataFrame.from_records(records)
     height = 0.95 * WIDTH_IN / len(shots) * (region[3] - region[1]) / (region[2] - region[0]) + 0.3
     scale = pixels_per_metre(drop, view)
-    draw = partial(_draw_strip, shots=shots, region=region, view=view, scale=scale)
+    surface = _surface_row(drop, view)
+    draw = partial(_draw_strip, shots=shots, region=region, view=view, scale=scale, surface=surface)
     what = "circle cyan" if view == "top" else "ellipse yellow, lowest point red cross"
+    if math.isfinite(surface):
+        what = what.replace("yellow", "yellow (after impact below the surface, through which it is seen)")
     if data.get("separation_y_px", pd.Series(dtype=float)).notna().any():
         what += ", separation line green"
     caption = f"Film strip of drop {drop.name}, {view} view, with the measurement drawn from {view}.csv: {what}."
@@ -94,6 +97,14 @@ def pixels_per_metre(drop: DropResults, view: str) -> float:
     return water if wet else air
 
 
+def _surface_row(drop: DropResults, view: str) -> float:
+    """Row of the free surface in the side view of a water entry; NaN elsewhere."""
+    rows = drop.table("geometry")
+    rows = rows[rows["view"] == view]
+    wet = view == "side" and drop.kind == "water_entry" and not rows.empty
+    return as_number(rows["surface_y_px"].iloc[0]) if wet else math.nan
+
+
 def scale_bar_mm(region: Region, scale: float) -> float:
     """A round length of about a third of the image's width; 0 where the scale is unknown."""
     if not (math.isfinite(scale) and scale > 0):
@@ -103,7 +114,7 @@ def scale_bar_mm(region: Region, scale: float) -> float:
     return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= third)
 
 
-def _draw_strip(figure: FigureBase, shots: list[Shot], region: Region, view: str, scale: float) -> None:
+def _draw_strip(figure: FigureBase, shots: list[Shot], region: Region, view: str, scale: float, surface: float) -> None:
     axes = figure.subplots(1, len(shots), squeeze=False, gridspec_kw={"wspace": 0.03})[0]
     x0, y0, x1, y1 = region
     span = as_number(shots[-1].row["t_s"]) - as_number(shots[0].row["t_s"])
@@ -113,7 +124,10 @@ def _draw_strip(figure: FigureBase, shots: list[Shot], region: Region, view: str
         ax.imshow(shot.picture, cmap="gray", vmin=0, vmax=255, extent=box, interpolation="none")
         status = as_text(shot.row.get("status"))
         if status == "ok":
-            (_overlay_side if view == "side" else _overlay_top)(ax, shot.row)
+            if view == "side":
+                _overlay_side(ax, shot.row, surface if as_number(shot.row["t_s"]) > 0.0 else math.nan)
+            else:
+                _overlay_top(ax, shot.row)
         ax.set(xlim=box[:2], ylim=box[2:])
         ax.set(xticks=[], yticks=[])
         ax.spines[:].set(color="#888888", linewidth=0.4)
@@ -123,7 +137,8 @@ def _draw_strip(figure: FigureBase, shots: list[Shot], region: Region, view: str
     _scale_bar(axes[-1], region, scale)
 
 
-def _overlay_side(ax: Axes, row: dict[str, Any]) -> None:
+def _overlay_side(ax: Axes, row: dict[str, Any], surface: float) -> None:
+    """Draw the measurement; below a ``surface`` only, where one is given: above it the sphere is seen through air."""
     x, y, radius = (as_number(row[name]) for name in ("center_x_px", "center_y_px", "radius_px"))
     stretch, tilt = as_number(row["stretch"]), as_number(row["tilt_deg"])
     stretch = stretch if math.isfinite(stretch) else 1.0
@@ -133,6 +148,9 @@ def _overlay_side(ax: Axes, row: dict[str, Any]) -> None:
         outline = Ellipse((x, y), 2 * stretch * radius, 2 * radius / stretch**2, angle=angle, fill=False)
         outline.set(edgecolor=OVERLAY_ELLIPSE, linewidth=0.9)
         ax.add_patch(outline)
+        if math.isfinite(surface):
+            below = Rectangle((x - 4 * radius, surface), 8 * radius, 1e5, transform=ax.transData)
+            outline.set_clip_path(below)
     separation = as_number(row["separation_y_px"])
     if math.isfinite(separation + x + radius):
         reach = 1.25 * stretch * radius

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from wentry_cli.report.campaign import as_number, as_text
+from wentry_cli.report.words import MEANINGS
 
 
 def fit_rows(
@@ -34,6 +35,6 @@ def slope_text(relation: Mapping[str, Any]) -> str:
     slope, low, high = (as_number(relation.get(name)) for name in ("slope", "slope_low", "slope_high"))
     if not math.isfinite(slope):
         status = as_text(relation.get("status"))
-        return f"no slope ({status})" if status else "no slope (relation not fitted)"
+        return f"no slope, {MEANINGS.get(status, 'relation not fitted')}"
     interval = f", 95 % interval {low:.3f} to {high:.3f}" if math.isfinite(low) and math.isfinite(high) else ""
     return f"slope {slope:.3f}{interval}, {as_number(relation.get('n')):.0f} drops"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,12 +17,13 @@ from wentry_cli.report.curves import grouped_points, measured
 from wentry_cli.report.fits import fit_rows, slope_text
 from wentry_cli.report.legends import EDGE, clear_limits, draw_points, plain_decades, size_handles, stiffness_handles
 from wentry_cli.report.panel import NotDrawn, Panel, rows
+from wentry_cli.report.stretch_curves import draw_stretch, measured_stretch, model_stretch
 from wentry_cli.report.style import (
     BLACK,
-    GREEN,
     GREY,
     LARGE,
     QUOTED,
+    QUOTED_MODEL,
     SKY,
     SMALL,
     THICK,
@@ -39,6 +41,7 @@ from wentry_cli.report.theory import (
     PERIOD_IN_WATER,
 )  # fmt: skip
 
+PERIOD_DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (2, 1.2)), (0, (1, 1)))  # of N = 2 to 5
 IDENTITY = ["series", "drop", "repeats", "rigid", "g_inf_pa", "diameter_m", "seal_type"]
 
 
@@ -75,12 +78,12 @@ def oscillation_period(campaign: Campaign) -> Panel | NotDrawn:
                 color="none", markeredgecolor=VERMILION, markeredgewidth=0.9, zorder=3,
             )  # fmt: skip
         ax.set(xlabel=r"$D/\sqrt{G_\infty/\rho_s}$ (ms)", ylabel="$T$ (ms)", xlim=(0, stop), ylim=(0, 1.72 * stop))
-        ax.legend(handles=_period_legend(points), loc="upper left", ncols=2, columnspacing=1.0, fontsize=6.2)
+        ax.legend(handles=_period_legend(data), loc="upper left", ncols=2, columnspacing=1.0, fontsize=6.2)
 
     caption = (
         f"Free period T, first to second peak of λ. Experiment: {slope_text(experiment)}; model: {slope_text(model)}. "
-        f"Dotted: the slopes that the paper quotes, {PAPER_PERIOD_EXPERIMENT} (experiment) and {PAPER_PERIOD_MODEL} "
-        "(model). "
+        f"Dotted: the slope that the paper quotes for its experiments, {PAPER_PERIOD_EXPERIMENT}; dash-dotted: "
+        f"{PAPER_PERIOD_MODEL} for its model. "
         f"Bands, small oscillations: sphere in air {PERIOD_IN_AIR[0]:.2f} (G∞ + G_T, ellipsoid) to "
         f"{PERIOD_IN_AIR[1]:.2f} "
         f"(G∞, exact n = 2 mode); loaded by water {PERIOD_IN_WATER[0]:.2f} (half wetted, ellipsoid; an estimate) to "
@@ -120,19 +123,24 @@ def _period_lines(ax: Axes, data: pd.DataFrame) -> None:
     for name, color in (("fit experiment", BLACK), ("fit model", VERMILION)):
         fitted = data[data["series"] == name]
         ax.plot(fitted["scale_ms"], fitted["period_ms"], linewidth=1.0, zorder=2, color=color)
-    for name in ("paper experiment", "paper model"):
+    for name, look in (("paper experiment", QUOTED), ("paper model", QUOTED_MODEL)):
         quoted = data[data["series"] == name]
-        ax.plot(quoted["scale_ms"], quoted["period_ms"], zorder=2, **QUOTED)
+        ax.plot(quoted["scale_ms"], quoted["period_ms"], zorder=2, **look)
 
 
-def _period_legend(points: pd.DataFrame) -> list[Line2D | Patch]:
+def _period_legend(data: pd.DataFrame) -> list[Line2D | Patch]:
+    points = data[data["series"].isin(["experiment", "model"])]
+    fitted = {name for name in ("experiment", "model") if bool((data["series"] == f"fit {name}").any())}
     handles: list[Line2D | Patch] = [*stiffness_handles(points), *size_handles(points)]
     if bool((points["series"] == "model").any()):
         look: Look = {"marker": "^", "markersize": 5, "markeredgecolor": VERMILION, "color": VERMILION, "mfc": "none"}
-        handles.append(Line2D([], [], label="model, fit", linewidth=1.0, **look))
+        with_line: Look = {"linewidth": 1.0} if "model" in fitted else {"linestyle": ""}
+        handles.append(Line2D([], [], label="model, fit" if "model" in fitted else "model", **with_line, **look))
+    if "experiment" in fitted:
+        handles.append(Line2D([], [], color=BLACK, linewidth=1.0, label="fit"))
     handles += [
-        Line2D([], [], color=BLACK, linewidth=1.0, label="fit"),
-        Line2D([], [], label=f"paper: {PAPER_PERIOD_EXPERIMENT}, {PAPER_PERIOD_MODEL}", **QUOTED),
+        Line2D([], [], label=f"paper, experiment: {PAPER_PERIOD_EXPERIMENT}", **QUOTED),
+        Line2D([], [], label=f"paper, model: {PAPER_PERIOD_MODEL}", **QUOTED_MODEL),
         Patch(facecolor=VERMILION, alpha=0.16, label="theory, in air"),
         Patch(facecolor=SKY, alpha=0.16, label="theory, in water"),
     ]
@@ -161,9 +169,9 @@ def stretch_peaks(campaign: Campaign) -> Panel | NotDrawn:
                 row["stiffness_ratio"], row["stretch_peak"], yerr=row["stretch_peak_unc"], fmt="o", elinewidth=0.8,
                 color=period_shade(row["period"]), markersize=marker_size(row["diameter_m"]), zorder=4, **EDGE,
             )  # fmt: skip
-        ax.axhline(1.0, color=GREY, linewidth=0.6, zorder=0)
         ax.set(xlabel=r"$G_\infty/\rho_w U_0^2$", ylabel=r"$\lambda_{pN}$")
         clear_limits(ax, data["stiffness_ratio"], [1.0, *data["stretch_peak"]])
+        ax.axhline(1.0, color=GREY, linewidth=0.6, zorder=0)  # a single point has no limits of its own to draw it in
         plain_decades(ax.xaxis)
         ax.legend(handles=_peak_legend(data), loc="upper right", ncols=2, columnspacing=1.0)
 
@@ -200,7 +208,8 @@ def _peak_lines(ax: Axes, data: pd.DataFrame) -> None:
         for large in (False, True):
             line = data[(data["period"] == period) & (data["diameter_m"].map(is_large) == large)]
             line = line.sort_values("stiffness_ratio", kind="stable")
-            look: Look = {"color": VERMILION, "linewidth": THICK if large else THIN, "zorder": 2}
+            dashes = PERIOD_DASHES[period - 2]
+            look: Look = {"color": VERMILION, "linewidth": THICK if large else THIN, "zorder": 2, "linestyle": dashes}
             if len(line) > 1:
                 ax.plot(line["stiffness_ratio"], line["stretch_peak"], **look)
             elif len(line) == 1:
@@ -219,8 +228,11 @@ def _peak_legend(data: pd.DataFrame) -> list[Line2D]:
         Line2D([], [], linestyle="", marker="o", markersize=5.5, color=period_shade(n), label=f"$N$ = {n}", **EDGE)
         for n in measured_periods
     ]
-    if bool((data["series"] == "model").any()):
-        handles.append(Line2D([], [], color=VERMILION, linewidth=1.2, label="model"))
+    lines = data[(data["series"] == "model") & (data["period"] > 1)]
+    handles += [
+        Line2D([], [], color=VERMILION, linewidth=1.2, linestyle=PERIOD_DASHES[n - 2], label=f"model, $N$ = {n}")
+        for n in sorted(set(lines["period"]))
+    ]
     return [*handles, *size_handles(data)]
 
 
@@ -249,48 +261,3 @@ def stretch_model(campaign: Campaign) -> Panel | NotDrawn:
         f"model with its time scaled by T_exp/T_model = {ratio:.3f} ± {unc:.3f} (solid)."
     )
     return Panel("4d", "fig_4d_stretch_model", title, caption, data, draw, drop=drop.name)
-
-
-def measured_stretch(drop: DropResults) -> pd.DataFrame:
-    """Rows of λ(t) as measured: series, t_ms, stretch, stretch_unc."""
-    found = measured(drop.table("stretch"), ["t_s", "stretch"])
-    unc = drop.table("stretch")[["t_s", "stretch_unc"]].apply(pd.to_numeric, errors="coerce").astype(float)
-    found = found.merge(unc.drop_duplicates("t_s"), on="t_s", how="left")
-    return pd.DataFrame(
-        {
-            "series": "measured",
-            "t_ms": 1e3 * found["t_s"],
-            "stretch": found["stretch"],
-            "stretch_unc": found["stretch_unc"],
-        }
-    )
-
-
-def model_stretch(drop: DropResults) -> pd.DataFrame:
-    """Rows of λ(t) by the model: on its own clock from the first peak on, and with its time scaled."""
-    found = measured(drop.table("model"), ["t_s", "t_scaled_s", "stretch"])
-    if found.empty:
-        return pd.DataFrame({"series": [], "t_ms": [], "stretch": []})
-    end = 1e3 * float(pd.to_numeric(drop.table("stretch")["t_s"], errors="coerce").max())
-    first_peak = float(found["t_scaled_s"].iloc[0])
-    own = pd.DataFrame({"series": "model", "t_ms": 1e3 * (first_peak + found["t_s"]), "stretch": found["stretch"]})
-    scaled = pd.DataFrame(
-        {"series": "model, time scaled", "t_ms": 1e3 * found["t_scaled_s"], "stretch": found["stretch"]}
-    )
-    both = pd.concat([own, scaled], ignore_index=True)
-    return both[~(both["t_ms"] > end)]
-
-
-def draw_stretch(ax: Axes, data: pd.DataFrame) -> None:
-    """Draw the rows of ``measured_stretch`` and ``model_stretch``: grey triangles, dashed and solid lines."""
-    ax.axhline(1.0, color=GREY, linewidth=0.6, zorder=0)
-    shown = data[data["series"] == "measured"]
-    ax.errorbar(
-        shown["t_ms"], shown["stretch"], yerr=shown["stretch_unc"], fmt="^", markersize=2.8, color="#9A9A9A",
-        ecolor="#BBBBBB", elinewidth=0.5, markeredgewidth=0.0, label="measured", zorder=2,
-    )  # fmt: skip
-    for name, look in (("model", {"linestyle": (0, (4, 2)), "color": GREEN}), ("model, time scaled", {"color": BLACK})):
-        line = data[data["series"] == name]
-        if not line.empty:
-            ax.plot(line["t_ms"], line["stretch"], linewidth=1.0, label=name, zorder=3, **look)
-    ax.margins(x=0.03)

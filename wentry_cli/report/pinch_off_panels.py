@@ -91,7 +91,7 @@ def pinch_off_effective(campaign: Campaign) -> Panel | NotDrawn:
         ax.set(xlabel=r"$U_0/\sqrt{gD_\mathrm{eff}}$", ylabel=r"$t_p U_0/D_\mathrm{eff}$")
 
     caption = (
-        "The same with D_eff = λ_pN D, N the cavity that closes (rigid: D). Solid: line through the origin, "
+        "The same with D_eff = λ_pN D, N the cavity that closes (rigid: D). Line through the origin: "
         f"{slope_text(campaign.relation('pinch_off_deff'))}; with an intercept: "
         f"{slope_text(campaign.relation('pinch_off_deff_intercept'))}. Dotted: the paper's slope {PAPER_PINCH_OFF}. "
         "Drops "

@@ -60,6 +60,7 @@ SKY = "#56B4E9"
 BLACK = "#000000"
 GREY = "#8A8A8A"
 QUOTED: Look = {"color": "#444444", "linestyle": (0, (1, 1.6)), "linewidth": 1.0}  # a value that the paper states
+QUOTED_MODEL: Look = {**QUOTED, "linestyle": (0, (5, 1.6, 1, 1.6))}  # one of its model
 
 OVERLAY_CIRCLE = "#00FFFF"
 OVERLAY_BOTTOM = "#FF2020"
