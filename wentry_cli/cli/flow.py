@@ -63,6 +63,8 @@ class Flow:
         from wentry_cli.runner.commands import finish, keep_raw_data, locked, tell_failures, work
 
         keep_raw_data(campaign, self.results)  # before the lock, which makes the folder
+        if not self.quiet and order.measures and compiles_anew():
+            click.echo("first run: the numerics are compiled now, once, which takes a minute or two", err=True)
         with locked(self.results):
             with reporting(quiet=self.quiet, verbose=self.verbose) as report:
                 if order.measures:
@@ -73,3 +75,13 @@ class Flow:
             show_json(record)
         elif not self.quiet and not (order.measures and campaign.failures):
             click.echo(farewell(campaign, done), err=True)
+
+
+def compiles_anew() -> bool:
+    """Whether no kernel was ever compiled where they are kept beside the package."""
+    import os
+
+    import wentry_cli
+
+    package = Path(wentry_cli.__file__).parent
+    return os.access(package, os.W_OK) and not any(package.glob("__pycache__/kernels-*/**/*.nbc"))
