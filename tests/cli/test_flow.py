@@ -129,7 +129,7 @@ def test_an_interrupted_drop_is_no_bug(wentry: Command, results: Path) -> None:
     path.write_text(json.dumps(record))
     told = wentry("fit", results)
     assert told.code == 4
-    assert "small: stage track was interrupted; run `wentry process` again" in told.err
+    assert "small: track: stage track was interrupted; run `wentry process` again" in told.err
 
 
 def test_status_writes_nothing(wentry: Command, results: Path) -> None:

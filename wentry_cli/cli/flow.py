@@ -56,7 +56,7 @@ class Flow:
 
         show_plan(*plans(campaign, self.results, order), as_json=self.as_json)
         for failure in campaign.failures if order.measures else ():
-            click.echo(failure.sentence, err=True)
+            click.echo(f"{failure.drop}: {failure.sentence.removeprefix(f'{failure.drop}: ')}", err=True)
 
     def _work(self, campaign: Campaign, order: Order, farewell: Farewell) -> None:
         from wentry_cli.cli.console import reporting, show_json
