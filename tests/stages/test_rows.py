@@ -51,5 +51,8 @@ def test_beside_frames_that_drift_together_one_that_leaps_is_contradicted() -> N
 def test_a_bottom_of_which_little_is_left_gives_way_to_the_outline() -> None:
     told = {"bottom_y_px": np.full(4, 100.0), "bottom_local_y_px": np.array([100.01, 100.2, 100.0, np.nan])}
     told |= {"bottom_y_px_unc": np.full(4, 0.01), "bottom_local_y_px_unc": np.array([0.02, 0.3, 0.02, np.nan])}
+    told["gated_fraction"] = np.zeros(4)
     assert local_bottom_holds(told, 0.0, deforms=True).tolist() == [True, False, True, False]
     assert local_bottom_holds(told, 0.8, deforms=True).tolist() == [True, True, True, False]
+    told["gated_fraction"] = np.array([0.4, 0.4, 0.0, 0.0])
+    assert local_bottom_holds(told, 0.0, deforms=True).tolist() == [False, False, True, False]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.tracking.clips import SHAPE, clip, ground_of
+from wentry_cli.contours.departure import Shape
 from wentry_cli.imaging.background import Background
 from wentry_cli.synthetic.still import StillBody
 from wentry_cli.tracking.flight import air_plan, both_ways
@@ -107,3 +108,15 @@ def test_a_radius_that_goes_with_a_stretch_in_air_is_doubted() -> None:
     partial = [part(item) for item in dry if item.ok]
     assert doubted_radius(pooled, partial).unc == pytest.approx(0.08, rel=0.15)
     assert doubted_radius(pooled, partial).value == pooled.value
+
+
+def test_with_too_few_whole_outlines_the_waves_themselves_are_doubted() -> None:
+    frames = clip(lambda k: StillBody(80.2, 50.0 + 6 * k, RADIUS), 16)
+    ground = ground_of(frames)
+    dry = air(frames, ground)
+    wet = [Sighting(item.frame, "ok", item.fit, free_fit=item.fit, wet=True, line=LINE) for item in dry]
+    shape = Shape((0.0, 0.0, 0.002, 0.0, 0.0, 0.0, 0.0, 0.0), 5e-4)
+    found = check_shape(frames, ground, dry[:2], wet, "accurate", shape=shape)
+    assert found.stretch_doubt(LINE) == pytest.approx(np.hypot(5e-4, 7e-4))
+    assert found.radius_ratio == 1.0
+    assert found.radius_ratio_unc == pytest.approx(4.0 * np.hypot(5e-4, 7e-4))

@@ -29,6 +29,7 @@ FEWEST_FRAMES = 3
 SIGNIFICANT, FORMAL = 4.0, 0.5
 LEFT_OVER = 0.35
 SHORT_LINE = 0.6
+RADIUS_PER_WAVE = 4.0  # relative change of the radius that half an outline tells
 MOST_LEARNT = 24
 # What the stretch of an outline that is no ellipse means, its half-width or that of the ellipse: doubted by this share
 # of their difference.
@@ -112,8 +113,10 @@ def check_shape(
     departure = shape.waves
     lines = [item.line for item in wet if item.ok and item.free_fit is not None and math.isfinite(item.line)]
     whole = [item for item in dry if item.ok and item.fit is not None and item.fit.arc_fraction > 0.98]
-    if not lines or len(whole) < FEWEST_FRAMES:
+    if not lines:
         return NO_CHECK
+    if len(whole) < FEWEST_FRAMES:
+        return _by_the_waves(shape, whole[0].fit.radius_px if whole and whole[0].fit is not None else 0.0)
     chosen = [whole[round(index)] for index in np.linspace(0, len(whole) - 1, min(len(whole), MOST_FRAMES))]
     line = float(np.median(lines))
     known = Partial(frames, ground, level, departure)
@@ -142,6 +145,17 @@ def check_shape(
         stretch_offset=math.hypot(left.stretch_offset, carried * float(explained[1]), meaning),
         bottom_offset_px=math.hypot(left.bottom_offset_px, carried * float(explained[2])),
         short_offset=math.hypot(left.short_offset, carried * float(short[1]), meaning),
+    )
+
+
+def _by_the_waves(shape: Shape, radius_px: float) -> ShapeCheck:
+    """What is doubted where too few whole outlines are there to be compared: what the waves themselves leave open."""
+    doubt = math.hypot(shape.doubt, LEFT_OVER * float(np.linalg.norm(shape.waves)) if shape.waves else 0.0)
+    return ShapeCheck(
+        radius_ratio_unc=RADIUS_PER_WAVE * doubt,
+        stretch_offset=doubt,
+        bottom_offset_px=doubt * radius_px,
+        short_offset=doubt,
     )
 
 

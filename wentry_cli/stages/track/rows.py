@@ -13,7 +13,7 @@ from wentry_cli.tracking.tilt import identified_tilt
 
 SEPARATION_WINDOW = 2
 STUCK, STUCK_PX, STUCK_DEFORMED_PX, NEARBY = 4.0, 0.03, 0.1, 7
-MUCH_LESS_SURE, SURE_PX, SURER = 5.0, 0.1, 0.5
+MUCH_LESS_SURE, SURE_PX, SURER, CROWDED = 5.0, 0.1, 0.5, 0.3
 FIT_COLUMNS = {
     "center_x_px": "center_x_px",
     "center_y_px": "center_y_px",
@@ -62,11 +62,12 @@ def local_bottom_holds(columns: dict[str, Any], doubt_px: float, *, deforms: boo
     """Frames whose lowest point is that of the bottom alone: it was measured, and nothing sticks to it.
 
     Droplets may also leave so little of the bottom that the whole outline knows much better, even with the
-    ``doubt_px`` of its shape.
+    ``doubt_px`` of its shape; where much sticks to the sphere the bottom must be clearly the surer of the two.
     """
     known = np.isfinite(columns["bottom_local_y_px"])
     outline = columns["bottom_y_px_unc"]
-    enough = np.minimum(MUCH_LESS_SURE * outline, SURE_PX)
+    crowded = columns["gated_fraction"] > CROWDED
+    enough = np.where(crowded, 0.0, np.minimum(MUCH_LESS_SURE * outline, SURE_PX))
     sure = columns["bottom_local_y_px_unc"] < np.maximum(enough, SURER * np.hypot(outline, doubt_px))
     return np.asarray(known & sure & ~contradicted_bottom(columns, deforms=deforms))
 
