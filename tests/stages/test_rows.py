@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from wentry_cli.stages.track.rows import blurred_stretch, contradicted_bottom, local_bottom_holds
+from wentry_cli.stages.track.rows import blurred_stretch, contradicted_bottom, local_bottom_holds, local_bottom_unc
 
 
 def columns(stretch: np.ndarray, y: np.ndarray) -> dict[str, np.ndarray]:
@@ -56,3 +56,11 @@ def test_a_bottom_of_which_little_is_left_gives_way_to_the_outline() -> None:
     assert local_bottom_holds(told, 0.8, deforms=True).tolist() == [True, True, True, False]
     told["gated_fraction"] = np.array([0.4, 0.4, 0.0, 0.0])
     assert local_bottom_holds(told, 0.0, deforms=True).tolist() == [False, False, True, False]
+
+
+def test_in_a_crowd_of_bubbles_what_the_bottom_lies_off_the_outline_is_doubt() -> None:
+    told = {"bottom_y_px": np.full(3, 100.0), "bottom_local_y_px": np.array([100.3, 100.3, 100.1])}
+    told |= {"bottom_y_px_unc": np.full(3, 0.1), "bottom_local_y_px_unc": np.full(3, 0.05)}
+    told["gated_fraction"] = np.array([0.4, 0.1, 0.4])
+    assert local_bottom_unc(told, 0.0) == pytest.approx([np.sqrt(0.08), 0.05, 0.05])
+    assert local_bottom_unc(told, 0.4) == pytest.approx(np.full(3, 0.05))

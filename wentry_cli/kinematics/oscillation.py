@@ -8,7 +8,9 @@ m = (s₁s₃ − s₂²)/(s₁ + s₃ − 2s₂) (Aitken). The three begin with
 small. Averages over a cycle lie too high: by .04 for a free neo-Hookean sphere with peaks of 1.5, more with damping.
 
 A peak's stretch is no better known than what the frames around it have in common: the part of their stated uncertainty
-that their scatter does not show is added in quadrature. It moves neighbouring extrema together and shifts none in time.
+that their scatter does not show is added in quadrature. It moves neighbouring extrema together; what sticks to a sphere
+moves over its outline as it flattens, and what it does to λ may change by as much within a quarter of a period: by
+that it shifts them in time.
 """
 
 from __future__ import annotations
@@ -96,7 +98,8 @@ def find_oscillation(
     unseen = unseen_peaks(extrema, times[after], hidden or starts_high(extrema, track, minimum_swing))
     while extrema and not extrema[0].peak and not unseen:
         extrema = extrema[1:]
-    extrema = tuple(_with_common(e, track, spread[after]) for e in extrema)
+    spacing = np.gradient([e.time_s for e in extrema]) if len(extrema) > 1 else np.full(len(extrema), np.inf)
+    extrema = tuple(_with_common(e, track, spread[after], 0.5 * half) for e, half in zip(extrema, spacing, strict=True))
     periods = _periods(track, extrema, unseen)
     return Oscillation(extrema, periods, track, "ok" if periods else "too_few")
 
@@ -150,13 +153,15 @@ def _significant(extrema: tuple[Extremum, ...], minimum_swing: float) -> tuple[E
     return tuple(kept)
 
 
-def _with_common(extremum: Extremum, track: SmoothTrack, stated: Array) -> Extremum:
+def _with_common(extremum: Extremum, track: SmoothTrack, stated: Array, quarter_s: float) -> Extremum:
     """Add what the frames around an extremum do not know together, in quadrature."""
     times = track.frames.times_s
     near = np.argsort(np.abs(times - extremum.time_s), kind="stable")[:NEAR]
     common = unseen_part(track.residual[near], stated[near])
     stretch_unc = float(np.hypot(extremum.stretch_unc, common))
-    time_unc = float(np.hypot(extremum.time_unc_s, beside_gap(extremum.time_s, times)))
+    bend = abs(float(track.evaluate(extremum.time_s).acceleration[0])) or np.inf
+    doubts = (extremum.time_unc_s, beside_gap(extremum.time_s, times), common / quarter_s / bend)
+    time_unc = float(np.linalg.norm(doubts))
     return replace(extremum, stretch_unc=stretch_unc, time_unc_s=time_unc, common_unc=common)
 
 

@@ -72,6 +72,18 @@ def local_bottom_holds(columns: dict[str, Any], doubt_px: float, *, deforms: boo
     return np.asarray(known & sure & ~contradicted_bottom(columns, deforms=deforms))
 
 
+def local_bottom_unc(columns: dict[str, Any], doubt_px: float) -> NDArray[np.float64]:
+    """Uncertainty of the bottom alone, px.
+
+    Where much sticks to the sphere a bubble may sit on the bottom for many frames and pass for it: what the bottom
+    lies off the whole outline, beyond the uncertainty of the two, is then doubt.
+    """
+    local, outline = columns["bottom_local_y_px_unc"], np.hypot(columns["bottom_y_px_unc"], doubt_px)
+    apart = columns["bottom_local_y_px"] - columns["bottom_y_px"]
+    beyond = np.sqrt(np.maximum(apart**2 - local**2 - outline**2, 0.0))
+    return np.where(columns["gated_fraction"] > CROWDED, np.hypot(local, beyond), local)
+
+
 def contradicted_bottom(columns: dict[str, Any], *, deforms: bool) -> NDArray[np.bool_]:
     """Frames in which the bottom alone lies off the whole outline by more than it usually does: something sticks to it.
 

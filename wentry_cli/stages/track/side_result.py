@@ -13,7 +13,7 @@ from wentry_cli.imaging.free_surface import SurfaceRow
 from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.stages.track.axis import NO_AXIS, OpticalAxis
 from wentry_cli.stages.track.exposure import exposure_frames
-from wentry_cli.stages.track.rows import blurred_stretch, local_bottom_holds, side_columns
+from wentry_cli.stages.track.rows import blurred_stretch, local_bottom_holds, local_bottom_unc, side_columns
 from wentry_cli.stages.track.scales import Scales, height_unc
 from wentry_cli.tables import vouched
 from wentry_cli.tracking.impact import Impact
@@ -82,6 +82,7 @@ def in_metres(
     columns["stretch_unc"] = np.hypot(columns["stretch_unc"], doubt)
     columns = _without_impossible(columns)
     use_local = local_bottom_holds(columns, check.bottom_offset_px, deforms=drop.experiment.deformable)
+    columns["bottom_local_y_px_unc"] = local_bottom_unc(columns, check.bottom_offset_px)
     columns["bottom_y_px_unc"] = np.hypot(columns["bottom_y_px_unc"], check.bottom_offset_px)
     local = columns["bottom_local_y_px"]
     bottom = np.where(use_local, local, columns["bottom_y_px"])
