@@ -81,7 +81,7 @@ def local_bottom_unc(columns: dict[str, Any], doubt_px: float) -> NDArray[np.flo
     local, outline = columns["bottom_local_y_px_unc"], np.hypot(columns["bottom_y_px_unc"], doubt_px)
     apart = columns["bottom_local_y_px"] - columns["bottom_y_px"]
     beyond = np.sqrt(np.maximum(apart**2 - local**2 - outline**2, 0.0))
-    return np.where(columns["gated_fraction"] > CROWDED, np.hypot(local, beyond), local)
+    return np.asarray(np.where(columns["gated_fraction"] > CROWDED, np.hypot(local, beyond), local))
 
 
 def contradicted_bottom(columns: dict[str, Any], *, deforms: bool) -> NDArray[np.bool_]:
