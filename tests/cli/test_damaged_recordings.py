@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import cv2
@@ -41,6 +42,44 @@ def _phantom(video: Path, **lies: object) -> Path:
     path.write_bytes(cine([image.tobytes() for image in images], **said))
     _name(video, path.name)
     return path
+
+
+def test_check_finds_damaged_frames_where_it_is_asked_to_read_them(
+    wentry: Command, video: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A damaged frame is a warning, as it is to `process`; only too few good ones are a failure."""
+    images = sorted((video / "side").iterdir())
+    images[40].write_bytes(images[40].read_bytes()[:-200])
+    images[50].unlink()
+    done = wentry("check", video)
+    assert (done.code, caplog.text) == (0, "")
+    assert (
+        f"headers alone were read; wentry check {video} --frames reads every frame and names damaged ones" in done.err
+    )
+    done = wentry("check", video, "--frames")
+    assert done.code == 0, done.err
+    assert f"small: 1 of {len(images)} frames of the side view cannot be read (40)" in caplog.text
+    assert f"small: 1 of {len(images)} frames of the side view are missing (50)" in caplog.text
+    assert "small: frames done" in done.err
+    assert "headers alone" not in done.err
+    told = json.loads(wentry("check", video, "--frames", "--json", "-q").out)
+    assert told["damage"] == {"small": {"side": {"bad_frame": [40], "gap": [50]}}}
+    for image in images[11:50]:
+        image.write_bytes(image.read_bytes()[:-200])
+    for image in images[51:]:
+        image.write_bytes(image.read_bytes()[:-200])
+    done = wentry("check", video, "--frames")
+    assert done.code == 5
+    assert "small: only 11 frames can be read, analysis.min_frames asks for 12" in done.err
+
+
+def test_check_tells_what_a_recording_says_of_itself(
+    wentry: Command, video: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    image = sorted((video / "side").iterdir())[3]
+    image.with_name("side_3.png").write_bytes(image.read_bytes())
+    assert wentry("check", video).code == 0
+    assert "small: views.side.source: 'side_3.png' has the number of" in caplog.text
 
 
 def _cut(path: Path, image_bytes: int) -> None:

@@ -10,26 +10,41 @@ from wentry_cli.cli import options as opt
 
 
 @click.command(name="check")
+@click.option("--frames", is_flag=True, help="Also read every frame, and tell those that are damaged or missing.")
 @opt.options(opt.video_dir, opt.settings, opt.only, opt.as_json, opt.quiet)
-def command(video_dir: Path, settings: tuple[str, ...], only: tuple[str, ...], as_json: bool, quiet: bool) -> None:
-    """Validate configuration and recordings of VIDEO_DIR; nothing is written."""
-    from wentry_cli.cli.console import show_json
+def command(
+    video_dir: Path, frames: bool, settings: tuple[str, ...], only: tuple[str, ...], as_json: bool, quiet: bool
+) -> None:
+    """Validate configuration and recordings of VIDEO_DIR; nothing is written.
+
+    Of a recording the headers are read; with --frames every frame is, as `wentry process` does it.
+    """
+    from wentry_cli.cli.console import reporting, show_json
     from wentry_cli.runner import commands
     from wentry_cli.runner.inspect import inspect_sources
 
     campaign = commands.read_campaign(video_dir, settings, only)
     shared = {drop.name: None if drop.shared.path is None else str(drop.shared.path) for drop in campaign.drops}
-    facts, failures = inspect_sources(campaign.drops)
-    campaign.failures += failures
+    with reporting(quiet=quiet, verbose=False) as report:
+        seen = inspect_sources(campaign.drops, report if frames else None)
+    campaign.failures += seen.failures
     if as_json:
         told = {failure.drop: failure.sentence for failure in campaign.failures}
-        show_json({"drops": facts, "campaign": shared, "failures": told})
+        looked = {"damage": seen.damage} if frames else {}
+        show_json({"drops": seen.facts, "campaign": shared, "failures": told, **looked})
     else:
         for sentence in [*(() if quiet else campaign.notes), *(failure.sentence for failure in campaign.failures)]:
             click.echo(sentence, err=True)
         if not quiet:
-            for name, views in facts.items():
-                click.echo(f"{name:24} campaign.yaml: {shared[name] or 'none'}")
-                for view, sentence in views.items():
-                    click.echo(f"{name:24} {view:5} {sentence}")
+            _show(seen.facts, shared)
+            if seen.facts and not frames:
+                thorough = f"wentry check {video_dir} --frames"
+                click.echo(f"headers alone were read; {thorough} reads every frame and names damaged ones", err=True)
     commands.raise_failures(campaign)
+
+
+def _show(facts: dict[str, dict[str, str]], shared: dict[str, str | None]) -> None:
+    for name, views in facts.items():
+        click.echo(f"{name:24} campaign.yaml: {shared[name] or 'none'}")
+        for view, sentence in views.items():
+            click.echo(f"{name:24} {view:5} {sentence}")

@@ -1,23 +1,82 @@
-"""Open every recording of a campaign without measuring it."""
+"""Open every recording of a campaign without measuring it; on request every frame is read too."""
 
 from __future__ import annotations
 
+import time
+from dataclasses import dataclass, field
+
+from wentry_cli import progress
 from wentry_cli.config.campaign import Drop
-from wentry_cli.errors import Gathered, InputError, WentryError
-from wentry_cli.runner.drop import Failure
+from wentry_cli.errors import Gathered, InputError, TooFewMeasurementsError, WentryError
+from wentry_cli.runner.drop import Event, Failure, Report
 from wentry_cli.runner.in_clip import check_times
 
+LOOK = "frames"  # in the place of a stage's name
 
-def inspect_sources(drops: list[Drop]) -> tuple[dict[str, dict[str, str]], list[Failure]]:
-    """What each view of each drop is, in a sentence, and the drops whose recordings cannot be used."""
-    facts: dict[str, dict[str, str]] = {}
-    failures: list[Failure] = []
+
+@dataclass
+class Inspection:
+    """What each view of each drop is, in a sentence, and the drops whose recordings cannot be used.
+
+    ``damage`` holds, where every frame was read, the frames of each view that are not good, by status word.
+    """
+
+    facts: dict[str, dict[str, str]] = field(default_factory=dict)
+    damage: dict[str, dict[str, dict[str, list[int]]]] = field(default_factory=dict)
+    failures: list[Failure] = field(default_factory=list)
+
+
+def inspect_sources(drops: list[Drop], report: Report | None = None) -> Inspection:
+    """Open the recordings of ``drops``; with ``report``, which hears how far it is, every frame is read as well.
+
+    A damaged frame is a warning, as it is to ``process``; too few that can be read make the drop a failure.
+    """
+    seen = Inspection()
     for drop in drops:
         try:
-            facts[drop.name] = _sentences(drop)
+            seen.facts[drop.name] = _sentences(drop)
+            if report is not None:
+                seen.damage[drop.name] = _damage(drop, report)
         except WentryError as error:
-            failures.append(Failure(drop.name, "ingest", error.exit_code, str(error)))
-    return facts, failures
+            seen.failures.append(Failure(drop.name, "ingest", error.exit_code, str(error)))
+    return seen
+
+
+def _damage(drop: Drop, report: Report) -> dict[str, dict[str, list[int]]]:
+    from wentry_cli.stages.ingest import look_at_frames, open_view
+
+    words: dict[str, list[str]] = {}
+    report(Event(drop.name, LOOK, "start"))
+    progress.listen(lambda done, total: report(Event(drop.name, LOOK, "tick", "", done, total)))
+    started = time.perf_counter()
+    try:
+        for view in drop.experiment.sides:
+            opened = open_view(drop, view)
+            try:
+                words[view] = look_at_frames(drop, view, opened, sum(map(len, words.values())))[1]
+            finally:
+                opened.recording.close()
+    finally:
+        progress.listen(None)
+        report(Event(drop.name, LOOK, "done", f"{time.perf_counter() - started:.1f} s"))
+    _refuse_too_few(drop, words)
+    return {
+        view: {
+            word: [index for index, other in enumerate(status) if other == word] for word in sorted({*status} - {"ok"})
+        }
+        for view, status in words.items()
+    }
+
+
+def _refuse_too_few(drop: Drop, words: dict[str, list[str]]) -> None:
+    """No more frames can be measured than can be read, in the view that has most of them."""
+    good = max(status.count("ok") for status in words.values())
+    least = drop.experiment.analysis.min_frames
+    if good < least:
+        raise TooFewMeasurementsError(
+            f"{drop.name}: only {good} frames can be read, analysis.min_frames asks for {least}; "
+            "copy or export the recording again"
+        )
 
 
 def _sentences(drop: Drop) -> dict[str, str]:
@@ -38,12 +97,13 @@ def _sentences(drop: Drop) -> dict[str, str]:
 
 def _look(drop: Drop, view: str) -> tuple[str, list[float]]:
     """What a view is, in a sentence, and the times of its frames."""
-    from wentry_cli.stages.ingest import frame_rate, frame_times, open_view
+    from wentry_cli.stages.ingest import frame_rate, frame_times, open_view, tell_notes
     from wentry_cli.stages.inputs.agreement import check_view
 
     opened = open_view(drop, view)
     try:
         info = opened.info
+        tell_notes(drop, view, info)
         rate = frame_rate(drop, view, info)
         check_view(drop, view, info)
         time_s = frame_times(drop, view, opened).tolist()

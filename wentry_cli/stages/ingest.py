@@ -127,37 +127,52 @@ class _Looks:
         return bool(np.array_equal(recording.read(index), recording.read(other)))
 
 
+def tell_notes(drop: Drop, name: str, info: RecordingInfo) -> None:
+    """Warn of what the recording of the view ``name`` itself has to tell."""
+    for note in info.notes:
+        logger.warning("%s: views.%s.source: %s", drop.name, name, note)
+
+
+def look_at_frames(drop: Drop, name: str, opened: OpenView, done: int = 0) -> tuple[NDArray[np.float64], list[str]]:
+    """Read the frames of the view ``name``: their levels and their status words; nothing is written.
+
+    Levels are the mean and the share of clipped pixels, (frames, 2), NaN where a frame cannot be read. Frames that are
+    damaged, missing or those before them once more are told in a warning; ``done`` frames came before, for the bar.
+    """
+    count = opened.info.frame_count
+    looks = _Looks(opened)
+    levels = np.full((count, 2), np.nan)
+    status = ["ok"] * count
+    for index in range(count):
+        try:
+            levels[index] = looks.level(index)
+        except FrameUnreadableError as error:
+            status[index] = error.status
+        if index % 32 == 0:
+            tick(done + index, done + count)
+    _tell_damage(drop.name, name, status)
+    if looks.repeated:
+        # what such a frame shows is not of its own time
+        for index in looks.repeated:
+            status[index] = "bad_frame"
+        logger.warning(
+            "%s: %d of %d frames of the %s view equal the frame before bit by bit (the first is frame %d), which "
+            "no camera does; they are left out; export the recording again, or times and speeds may be wrong",
+            drop.name, len(looks.repeated), count, name, looks.repeated[0],
+        )  # fmt: skip
+    return levels, status
+
+
 def _view_rows(drop: Drop, name: str, done: int) -> dict[str, Any]:
     opened = open_view(drop, name)
     try:
-        for note in opened.info.notes:
-            logger.warning("%s: views.%s.source: %s", drop.name, name, note)
+        tell_notes(drop, name, opened.info)
         check_view(drop, name, opened.info)
-        count = opened.info.frame_count
-        looks = _Looks(opened)
-        levels = np.full((count, 2), np.nan)
-        status = ["ok"] * count
         times = frame_times(drop, name, opened)
-        for index in range(count):
-            try:
-                levels[index] = looks.level(index)
-            except FrameUnreadableError as error:
-                status[index] = error.status
-            if index % 32 == 0:
-                tick(done + index, done + count)
-        _tell_damage(drop.name, name, status)
-        if looks.repeated:
-            # what such a frame shows is not of its own time
-            for index in looks.repeated:
-                status[index] = "bad_frame"
-            logger.warning(
-                "%s: %d of %d frames of the %s view equal the frame before bit by bit (the first is frame %d), which "
-                "no camera does; they are left out; export the recording again, or times and speeds may be wrong",
-                drop.name, len(looks.repeated), count, name, looks.repeated[0],
-            )  # fmt: skip
+        levels, status = look_at_frames(drop, name, opened, done)
         return {
-            "view": [name] * count,
-            "frame": np.arange(count),
+            "view": [name] * len(status),
+            "frame": np.arange(len(status)),
             "camera_frame": opened.recording.camera_frames(),
             "time_s": times,
             "mean_level": levels[:, 0],
