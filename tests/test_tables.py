@@ -53,7 +53,7 @@ def test_floats_survive_with_nine_digits(tmp_path_factory: pytest.TempPathFactor
 
 def test_a_table_has_the_bytes_that_pandas_would_write(tmp_path: Path) -> None:
     texts = ["ok", None, 'a "b", c']
-    numbers = {"t_s": [0.1, np.nan, -1e-12], "t_s_unc": [np.inf, 1 / 3, 123456789.25], "index": [1, None, 3]}
+    numbers = {"t_s": [0.1, np.nan, -1e-12], "t_s_unc": [1e300, 1 / 3, 123456789.25], "index": [1, None, 3]}
     frame = new_table("events", {"event": texts, "status": texts, **numbers})
     written = write_table(tmp_path, "events", frame)
     frame.to_csv(tmp_path / "other.csv", index=False, float_format="%.9g", lineterminator="\n")
@@ -72,6 +72,15 @@ def test_unknown_column_is_a_programmers_mistake(tmp_path: Path) -> None:
         new_table("neck", {"colour": [1]})
     with pytest.raises(KeyError, match="unknown columns"):
         write_table(tmp_path, "neck", new_table("neck", {"frame": [1]}).assign(colour=2))
+
+
+@pytest.mark.parametrize("value", [np.inf, -np.inf])
+def test_an_infinite_number_is_a_programmers_mistake(tmp_path: Path, value: float) -> None:
+    """Only NaN says that there is no number; no half-written table is left."""
+    frame = new_table("neck", {"frame": [1, 2], "radius_m": [np.nan, 0.1], "radius_m_unc": [0.1, value]})
+    with pytest.raises(ValueError, match=r"^neck\.csv: infinite numbers in radius_m_unc$"):
+        write_table(tmp_path, "neck", frame)
+    assert not list(tmp_path.iterdir())
 
 
 def test_missing_table_names_the_stage(tmp_path: Path) -> None:

@@ -97,7 +97,8 @@ def _typed(frame: pd.DataFrame, table: Table) -> pd.DataFrame:
 def write_table(folder: Path, name: str, frame: pd.DataFrame) -> Path:
     """Write ``frame`` as the table ``name`` into ``folder``: schema order, 9 significant digits, NaN as an empty cell.
 
-    Raises ``KeyError`` where a column is missing or unknown, which is a programmer's mistake.
+    Raises ``KeyError`` where a column is missing or unknown and ``ValueError`` where a number is infinite (what is not
+    known is NaN), which are a programmer's mistakes.
     """
     table = TABLES[name]
     missing = [column for column in table.names if column not in frame.columns]
@@ -106,12 +107,21 @@ def write_table(folder: Path, name: str, frame: pd.DataFrame) -> Path:
         raise KeyError(f"{name}.csv: missing columns {missing}, unknown columns {unknown}")
     path = table_path(folder, name)
     ordered = _typed(frame[table.names], table)
+    infinite = _infinite(ordered, table)
+    if infinite:
+        raise ValueError(f"{name}.csv: infinite numbers in {', '.join(infinite)}")
     columns = [_cells(ordered[column.name], column.kind) for column in table.columns]
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(table.names)
         writer.writerows(zip(*columns, strict=True))
     return path
+
+
+def _infinite(frame: pd.DataFrame, table: Table) -> list[str]:
+    """The columns that hold an infinite number, which neither is a measurement nor says that there is none."""
+    floats = [column.name for column in table.columns if column.kind == "float"]
+    return [name for name in floats if frame[name].isin([float("inf"), -float("inf")]).any()]
 
 
 def _cells(column: pd.Series[Any], kind: str) -> list[str]:
@@ -143,7 +153,9 @@ def read_table(folder: Path, name: str) -> pd.DataFrame:
     missing = [column for column in table.names if column not in frame.columns]
     if missing:
         raise InputError(f"{path}: column {missing[0]} is missing; run the stage {table.stage} again")
-    for column in table.names:
-        if types[column] == "float64" and frame[column].isin([float("inf"), -float("inf")]).any():
-            raise InputError(f"{path}: column {column} holds inf, which wentry does not write; run {table.stage} again")
+    infinite = _infinite(frame, table)
+    if infinite:
+        raise InputError(
+            f"{path}: column {infinite[0]} holds inf, which wentry does not write; run {table.stage} again"
+        )
     return frame[table.names]
