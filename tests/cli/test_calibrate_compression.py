@@ -24,6 +24,15 @@ def test_wrong_diameters_are_usage(tmp_path, wentry, diameter):
     assert not (tmp_path / "r").exists()
 
 
+@pytest.mark.parametrize("material", ["=cmd()", "a\nb", " "])
+def test_a_material_that_spoils_the_table_is_usage(tmp_path, wentry, material):
+    words = ("--diameter-m", "0.05", "--material", material, "-o", tmp_path / "r")
+    done = wentry("calibrate", "compression", write_test(tmp_path / "test.csv"), *words)
+    assert done.code == 2
+    assert f"{material!r} is no key: it must be one line of text that does not begin with = + - @." in done.err
+    assert not (tmp_path / "r").exists()
+
+
 def test_an_unreadable_test_makes_no_folder(tmp_path, wentry):
     (tmp_path / "test.csv").write_text("displacement_m;force_N\n0,1;2,5\n", encoding="utf-8")
     done = wentry("calibrate", "compression", tmp_path / "test.csv", "--diameter-m", "0.051", "-o", tmp_path / "r")

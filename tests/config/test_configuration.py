@@ -76,6 +76,11 @@ def test_a_good_file_is_read(tmp_path: Path) -> None:
             "1:1: error: condition: must be one line of text without control",
         ),
         (("kind:", 'condition: " "\nkind:'), "1:1: error: condition: must not be empty"),
+        (
+            ("kind:", "condition: =HYPERLINK()\nkind:"),
+            "1:1: error: condition: must not begin with =, which makes it a formula",
+        ),
+        (("{diameter_m", '{id: " @a", diameter_m'), "2:10: error: sphere.id: must not begin with @, which"),
         (("side,", '"si\\0de",'), "4:10: error: views.side.source: must be one line of text"),
         (("kind:", "repeat: -1.5\nkind:"), "1:1: error: repeat: must be text or a whole number from 0, not -1.5"),
         (("kind:", "repeat: .nan\nkind:"), "1:1: error: repeat: must be text or a whole number from 0, not nan"),
@@ -243,6 +248,22 @@ def test_a_drop_whose_name_breaks_a_line_is_refused_in_one(tmp_path: Path, name:
             find_drops(folder)
         assert repr(name) in str(caught.value)
         assert str(caught.value).isprintable()
+
+
+@pytest.mark.parametrize("name", ["=cmd()", "+a", "-a", "@a", " =a"])
+def test_a_drop_whose_name_is_a_formula_to_a_spreadsheet_is_refused(tmp_path: Path, name: str) -> None:
+    _write(tmp_path / "campaign" / name, GOOD)
+    for folder in (tmp_path / "campaign", tmp_path / "campaign" / name):
+        with pytest.raises(InputError, match=r"begins a formula; rename its folder$") as caught:
+            find_drops(folder)
+        assert str(caught.value).startswith(name)
+
+
+@pytest.mark.parametrize("name", ["a=b", "-20", "+1.5e3"])
+def test_a_name_with_a_sign_within_or_of_a_number_is_none(tmp_path: Path, name: str) -> None:
+    _write(tmp_path / "campaign" / name, GOOD.replace("kind:", f"condition: {name}\nkind:"))
+    found = find_drops(tmp_path / "campaign")
+    assert read_drop(name, found[name]).experiment.condition is not None
 
 
 def test_no_drop_and_no_folder(tmp_path: Path) -> None:

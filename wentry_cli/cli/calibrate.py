@@ -25,6 +25,20 @@ class Diameter(click.FloatRange):
         return number
 
 
+class Material(click.ParamType):
+    """A key for ``materials.csv``: one line of text that no spreadsheet takes for a formula."""
+
+    name = "text"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """The key as it is, or a sentence that says what one is."""
+        from wentry_cli.config.values import is_formula, is_one_line
+
+        if not value.strip() or not is_one_line(value) or is_formula(value):
+            self.fail(f"{value!r} is no key: it must be one line of text that does not begin with = + - @.", param, ctx)
+        return str(value)
+
+
 @click.group(name="calibrate", context_settings={"help_option_names": ["-h", "--help"]})
 def command() -> None:
     """Material parameters from measured drops on a rigid surface, or from a compression test."""
@@ -63,7 +77,9 @@ def impact(
 @command.command(name="compression")
 @click.argument("csv", type=opt.FOLDER)
 @click.option("--diameter-m", type=Diameter(), required=True, help="Undeformed diameter of the sphere in metres.")
-@click.option("--material", default="sphere", show_default=True, help="Key for the row in materials.csv.")
+@click.option(
+    "--material", type=Material(), default="sphere", show_default=True, help="Key for the row in materials.csv."
+)
 @opt.options(opt.results_option, opt.dry_run, opt.as_json, opt.quiet, opt.verbose)
 def compression(
     csv: Path, diameter_m: float, material: str, results: Path, dry_run: bool, as_json: bool, quiet: bool, verbose: bool

@@ -14,7 +14,7 @@ from wentry_cli.config.messages import validate
 from wentry_cli.config.models import Experiment, View
 from wentry_cli.config.places import Document, KeyPath, read_document
 from wentry_cli.config.plausible import refuse_implausible
-from wentry_cli.config.values import is_one_line
+from wentry_cli.config.values import is_formula, is_one_line
 from wentry_cli.errors import ConfigurationError, Gathered, InputError
 
 PARTS = ("sphere", "liquid", "drop", "views", "analysis")
@@ -88,7 +88,7 @@ def find_drops(video_dir: Path) -> dict[str, Path]:
     Links are followed, except to a folder seen before or to one that holds ``video_dir``.
 
     Raises ``InputError`` where the folder is missing or holds no ``experiment.yaml``, where two drops would have one
-    name, or one a name that breaks a line.
+    name, or one a name that breaks a line or is a formula to a spreadsheet.
     """
     if video_dir.is_file():
         raise InputError(f"{video_dir}: is a file; give the folder that holds {EXPERIMENT}, which names the recording")
@@ -121,9 +121,13 @@ def find_drops(video_dir: Path) -> dict[str, Path]:
 
 
 def _speakable(name: str) -> str:
-    """A drop is named in messages, tables and files; raises ``InputError`` where its folders' names break a line."""
+    """A drop is named in messages, tables and files; raises ``InputError`` where its folders' names spoil these."""
     if not is_one_line(name):
         raise InputError(f"{name!r}: a folder that holds a drop must have a name of one line of text; rename it")
+    if is_formula(name):
+        raise InputError(
+            f"{name}: the name of a drop stands in tables, where {name.lstrip()[0]} begins a formula; rename its folder"
+        )
     return name
 
 

@@ -11,11 +11,21 @@ LONGEST_LABEL = 200
 LONGEST_NAME = 255
 SLOWEST, FASTEST = 0.01, 1e7  # frames/s
 NOT_ON_A_LINE = {"Cc", "Cs", "Zl", "Zp"}  # control, half a surrogate pair, line and paragraph separators
+FORMULA = ("=", "+", "-", "@")  # how a formula begins in a spreadsheet
 
 
 def is_one_line(text: str) -> bool:
     """Whether ``text`` can stand in a line of a message or a table, and in the name of a file."""
     return not any(unicodedata.category(letter) in NOT_ON_A_LINE for letter in text)
+
+
+def is_formula(text: str) -> bool:
+    """Whether a spreadsheet that opens a table would reckon with ``text`` instead of showing it; numbers may be."""
+    try:
+        float(text)
+    except ValueError:
+        return text.lstrip().startswith(FORMULA)
+    return False
 
 
 def _one_line(text: str) -> str:
@@ -35,6 +45,8 @@ def _name(text: str) -> str:
 def _label(text: str) -> str:
     if len(text) > LONGEST_LABEL:
         raise ValueError(f"must have at most {LONGEST_LABEL} characters, not {len(text)}")
+    if is_formula(text):
+        raise ValueError(f"must not begin with {text.lstrip()[0]}, which makes it a formula where tables are opened")
     return _one_line(text)
 
 
