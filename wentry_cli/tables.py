@@ -20,14 +20,24 @@ FLOAT_FORMAT = "%.9g"
 _READ_TYPES = {"float": "float64", "int": "Int64", "text": "string"}
 
 
+def make_folder(folder: Path) -> None:
+    """Make ``folder`` and those above it; raises ``InputError`` where one is a file or cannot be made."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        files = [path for path in (folder, *folder.parents) if path.is_file()]
+        what = f"{files[0]}: is a file, not a folder" if files else f"{folder}: cannot be made ({error.strerror})"
+        raise InputError(f"{what}; choose another folder with -o") from error
+
+
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """Give a temporary path beside ``path`` that takes its place when the block ends well, and vanishes otherwise.
 
     Raises ``InputError`` where the folder cannot be written.
     """
+    make_folder(path.parent)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror}); choose another folder with -o") from error

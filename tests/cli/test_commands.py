@@ -91,7 +91,15 @@ def _seconds(*words: str) -> float:
         (("info", "nowhere"), 4, "nowhere"),
         (("render", "nowhere.yaml"), 4, "nowhere.yaml"),
         (("check", "nowhere"), 4, "nowhere"),
-        (("calibrate", "compression", "nowhere.csv", "--diameter-m", "0.05"), 4, "nowhere.csv"),
+        (
+            ("calibrate", "compression", "nowhere.csv", "--diameter-m", "0.05"),
+            4,
+            "nowhere.csv: no such file; give the CSV file of the compression test\n",
+        ),
+        (("calibrate", "compression", ".", "--diameter-m", "0.05"), 4, ".: is a folder; give the CSV file"),
+        (("process", "x", "-j", "two"), 2, "'two' drops side by side: give a whole number from 1 to 1024."),
+        (("run", "x", "-j", "0"), 2, "'0' drops side by side: give a whole number from 1 to 1024."),
+        (("render", "x", "-j", "1.5"), 2, "'1.5' drops side by side: give a whole number from 1 to 1024."),
         (("calibrate", "impact", "nowhere"), 4, "nowhere"),
     ],
 )
@@ -101,6 +109,22 @@ def test_wrong_words_get_a_sentence(tmp_path: Path, words: tuple[str, ...], code
     assert sentence in done.stderr
     assert "Traceback" not in done.stderr
     assert not [item for item in tmp_path.iterdir() if item.suffix == ".csv"]
+
+
+@pytest.mark.parametrize(
+    "words", [("run", "a", "-o"), ("process", "a", "-o"), ("fit",), ("report",), ("status",), ("calibrate", "impact")]
+)
+def test_results_that_are_a_file_are_named(tmp_path: Path, words: tuple[str, ...]) -> None:
+    (_drop(tmp_path / "a") / "side").mkdir()
+    (tmp_path / "FILE").write_text("mine")
+    done = wentry(*words, "FILE", cwd=tmp_path)
+    assert done.returncode == 4
+    assert done.stderr.startswith("FILE: is a file")
+    assert ("choose another folder with -o" in done.stderr) == (words[-1] == "-o")
+    assert done.stderr.count("\n") == 1
+    assert (tmp_path / "FILE").read_text() == "mine"
+    below = wentry("run", "a", "-o", Path("FILE", "r"), cwd=tmp_path)
+    assert (below.returncode, below.stderr) == (4, "FILE: is a file, not a folder; choose another folder with -o\n")
 
 
 def test_wrong_configuration_writes_nothing(tmp_path: Path) -> None:

@@ -95,6 +95,8 @@ def test_a_good_file_is_read(tmp_path: Path) -> None:
         ),
         (("side: {", "top: {offset_s: 1e300, "), "4:9: error: views.top.offset_s: must be at most 1000, not 1e+300"),
         (("fps: 2000", "roi_px: [0, 0]"), "views.side.roi_px.2: is required"),
+        (("  side", "\tside"), "4:1: error: not valid YAML: a tab stands here; write spaces instead of it"),
+        (("kind: ", "kind:\t"), "1:6: error: not valid YAML: a tab stands here; write spaces instead of it"),
     ],
 )
 def test_a_mistake_is_a_sentence_with_its_place(tmp_path: Path, change: tuple[str, str], expected: str) -> None:

@@ -123,3 +123,19 @@ def test_no_video_at_all(tmp_path: Path, data: bytes, capfd: pytest.CaptureFixtu
     with pytest.raises(InputError, match=r"clip\.avi"):
         open_recording(path)
     assert capfd.readouterr().err == ""
+
+
+@pytest.mark.parametrize(("name", "codec"), [("clip.avi", b"MJPG"), ("clip.mp4", b"mp4v")])
+def test_a_codec_that_nobody_knows_is_named(tmp_path: Path, name: str, codec: bytes) -> None:
+    path = write_video(tmp_path / name, codec.decode())
+    content = path.read_bytes().replace(codec, b"ZZZ9")
+    path.write_bytes(content.replace(b"esds", b"zzzz"))  # in an MP4 this box names the codec too
+    with pytest.raises(InputError, match=r"clip\....: no codec here reads this video of codec ZZZ9; .* convert it"):
+        open_recording(path)
+
+
+def test_what_is_no_video_names_no_codec(tmp_path: Path) -> None:
+    path = tmp_path / "clip.avi"
+    path.write_bytes(b"no video at all" * 100)
+    with pytest.raises(InputError, match=r"clip\.avi: no codec here reads this video; copy it again"):
+        open_recording(path)

@@ -183,7 +183,7 @@ def test_wrong_files_are_one_sentence(tmp_path, content, sentence):
 
 
 def test_missing_file(tmp_path):
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match=r"none\.csv: no such file; give the CSV file of the compression test"):
         read_compression(tmp_path / "none.csv")
 
 

@@ -12,15 +12,31 @@ from wentry_cli.pipeline import campaign_stages_of, stages_of
 
 F = TypeVar("F", bound=Callable[..., Any])
 FOLDER = click.Path(path_type=Path)
+MOST_JOBS = 1024
 
 video_dir = click.argument("video_dir", type=FOLDER)
 results_argument = click.argument("results", type=FOLDER, default=Path("results"), required=False)
 results_option = click.option(
     "-o", "--results", type=FOLDER, default=Path("results"), show_default=True, help="Folder to write into."
 )
-jobs = click.option(
-    "-j", "--jobs", type=click.IntRange(1, 1024), default=1, show_default=True, help="Drops side by side."
-)
+
+
+class Jobs(click.IntRange):
+    """How many drops are worked on side by side."""
+
+    def __init__(self) -> None:
+        """Set the bounds."""
+        super().__init__(1, MOST_JOBS)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        """The number, or a sentence that says which there are."""
+        try:
+            return int(super().convert(value, param, ctx))
+        except click.BadParameter:
+            self.fail(f"{str(value)!r} drops side by side: give a whole number from 1 to {MOST_JOBS}.", param, ctx)
+
+
+jobs = click.option("-j", "--jobs", type=Jobs(), default=1, show_default=True, help="Drops side by side.")
 cluster = click.option("--cluster", metavar="ADDRESS", help="Run the drops on this Dask scheduler; storage is shared.")
 dry_run = click.option("-n", "--dry-run", is_flag=True, help="Show what would run, and why; do nothing.")
 

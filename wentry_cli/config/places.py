@@ -147,6 +147,8 @@ def _sentence(path: Path, error: yaml.YAMLError) -> str:
     mark = getattr(error, "problem_mark", None)
     where = f"{path}:{mark.line + 1}:{mark.column + 1}" if mark else f"{path}:1:1"
     problem = getattr(error, "problem", None) or str(error)
+    if repr("\t") in problem:
+        return f"{where}: error: not valid YAML: a tab stands here; write spaces instead of it"
     context = getattr(error, "context", None) if problem.startswith("but ") else None
     return f"{where}: error: not valid YAML: {f'{context}, ' if context else ''}{problem}"
 

@@ -7,6 +7,7 @@ begins again at the start. A container tells how fast to play, not how fast the 
 from __future__ import annotations
 
 import os
+import re
 from collections import OrderedDict
 from pathlib import Path
 from typing import Any
@@ -37,6 +38,8 @@ LEAST_FRAME_BYTES = 8  # what the smallest frame takes in a container, its entry
 MOST_TRIES = 1000  # at frames that cannot be decoded, where the container does not say how many there are
 SHORTEST_INTERVAL_S = 0.004  # containers that keep time in milliseconds tell frames apart down to this
 OFF_GRID = 0.1  # of an interval
+HEADER_BYTES = 1 << 20  # looked at for the name of a codec, at either end
+_CODEC = re.compile(rb"strh.{4}vids([ -~]{4})|vmhd.{0,400}?stsd.{12}([ -~]{4})", re.DOTALL)
 
 
 def open_video(path: Path, frames: tuple[int, int] | None = None) -> VideoRecording:
@@ -60,9 +63,10 @@ class _Stream:
         built_in = cv2.CAP_FFMPEG in cv2.videoio_registry.getStreamBackends()
         self._capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG if built_in else cv2.CAP_ANY)
         if not self._capture.isOpened():
+            codec = _codec_of(path)
             raise InputError(
-                f"{path}: no codec here reads this video; copy it again if it was cut off (an MP4 has its index at the "
-                f"end), or convert it, for example to FFV1 or MJPG in AVI"
+                f"{path}: no codec here reads this video{f' of codec {codec}' if codec else ''}; copy it again if it "
+                f"was cut off (an MP4 has its index at the end), or convert it, for example to FFV1 or MJPG in AVI"
             )
         self._capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 1)  # turned as its metadata say
         self.next = 0
@@ -112,6 +116,18 @@ class _Stream:
         self._capture.set(cv2.CAP_PROP_POS_FRAMES, last)
         at_last = int(self._capture.get(cv2.CAP_PROP_POS_FRAMES)) == last
         return at_last and self._capture.grab() and not self._capture.grab()
+
+
+def _codec_of(path: Path) -> str:
+    """The four letters that the header of an AVI, MP4 or MOV gives to its codec; empty where it names none."""
+    try:
+        with path.open("rb") as stream:
+            start = stream.read(HEADER_BYTES)
+            stream.seek(max(0, path.stat().st_size - HEADER_BYTES))
+            found = _CODEC.search(start) or _CODEC.search(stream.read())  # an MP4 may have its header at the end
+    except OSError:
+        return ""
+    return (found[1] or found[2]).decode("ascii").strip() if found else ""
 
 
 class VideoRecording:

@@ -8,15 +8,19 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from wentry_cli.errors import InputError, LockedError
+from wentry_cli.tables import make_folder
 
 LOCK = ".lock"
 
 
 @contextmanager
 def locked(results: Path) -> Iterator[None]:
-    """Hold the lock of ``results``; raises ``LockedError`` where another process holds it."""
+    """Hold the lock of ``results``, which is made where it is missing.
+
+    Raises ``LockedError`` where another process holds it and ``InputError`` where it cannot be written.
+    """
+    make_folder(results)
     try:
-        results.mkdir(parents=True, exist_ok=True)
         handle = os.open(results / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
     except OSError as error:
         raise InputError(f"{results}: cannot be written ({error.strerror}); choose another folder with -o") from error

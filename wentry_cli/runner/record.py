@@ -50,6 +50,8 @@ def read_drops(results: Path) -> tuple[list[Drop], dict[str, str]]:
 
     Those whose record is damaged come apart, with what to do about it. Raises ``InputError`` where there is no other.
     """
+    if results.is_file():
+        raise InputError(f"{results}: is a file; give the folder that `wentry process` wrote its results into")
     if not results.is_dir():
         raise InputError(f"{results}: no such folder; run `wentry process VIDEO_DIR -o {results}` first")
     drops: list[Drop] = []

@@ -88,10 +88,15 @@ def read_compression(path: Path) -> CompressionTest:
     read, a column is missing or stands there twice, and with the line where a cell is no number or where semicolons,
     tabs or decimal commas take the place of commas and points.
     """
+    if not path.is_file():
+        what = "is a folder" if path.is_dir() else "no such file"
+        raise InputError(f"{path}: {what}; give the CSV file of the compression test")
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
             lines = list(csv_format.reader(stream))
-    except (OSError, UnicodeDecodeError, csv_format.Error) as error:
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); check the rights") from error
+    except (UnicodeDecodeError, csv_format.Error) as error:
         raise InputError(f"{path}: cannot be read as a CSV table ({error}); give a text file with a header") from error
     header = [name.strip() for name in lines[0]] if lines else []
     unit = _displacement_column(path, header)
