@@ -28,6 +28,10 @@ class InputError(WentryError):
     exit_code = 4
 
 
+class NoDropError(InputError):
+    """A folder holds no drop."""
+
+
 class Gathered:
     """Mistakes that do not hide one another, told together."""
 

@@ -25,7 +25,7 @@ def make_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        files = [path for path in (folder, *folder.parents) if path.is_file()]
+        files = [path for path in (folder, *folder.parents) if os.path.isfile(path)]
         what = f"{files[0]}: is a file, not a folder" if files else f"{folder}: cannot be made ({error.strerror})"
         raise InputError(f"{what}; choose another folder with -o") from error
 

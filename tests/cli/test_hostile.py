@@ -40,7 +40,15 @@ def test_a_source_with_an_endless_name_stops_no_other(wentry: Command, pair: Pat
     done = wentry("process", pair, "-o", tmp_path / "r")
     assert done.code == 6
     assert "source: must not be longer" in done.err
-    assert wentry("info", "y" * 300).code == 4
+
+
+@pytest.mark.parametrize(
+    "words", ["info", "check", "fit", "report", "process ? -o", "calibrate compression --diameter-m 1"]
+)
+def test_a_path_that_no_disk_can_hold(wentry: Command, video: Path, words: str) -> None:
+    done = wentry(*words.replace("?", str(video)).split(), "y" * 300)
+    assert done.code == 4
+    assert done.err.startswith("y" * 300)
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes on this system")

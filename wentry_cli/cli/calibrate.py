@@ -25,18 +25,13 @@ class Diameter(click.FloatRange):
         return number
 
 
-class Material(click.ParamType):
+def _key(_ctx: click.Context, _param: click.Parameter, value: str) -> str:
     """A key for ``materials.csv``: one line of text that no spreadsheet takes for a formula."""
+    from wentry_cli.config.values import is_formula, is_one_line
 
-    name = "text"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """The key as it is, or a sentence that says what one is."""
-        from wentry_cli.config.values import is_formula, is_one_line
-
-        if not value.strip() or not is_one_line(value) or is_formula(value):
-            self.fail(f"{value!r} is no key: it must be one line of text that does not begin with = + - @.", param, ctx)
-        return str(value)
+    if not value.strip() or not is_one_line(value) or is_formula(value):
+        raise click.BadParameter(f"{value!r} is no key: it must be one line of text that does not begin with = + - @.")
+    return value
 
 
 @click.group(name="calibrate", context_settings={"help_option_names": ["-h", "--help"]})
@@ -78,7 +73,7 @@ def impact(
 @click.argument("csv", type=opt.FOLDER)
 @click.option("--diameter-m", type=Diameter(), required=True, help="Undeformed diameter of the sphere in metres.")
 @click.option(
-    "--material", type=Material(), default="sphere", show_default=True, help="Key for the row in materials.csv."
+    "--material", callback=_key, default="sphere", show_default=True, help="Key for the row in materials.csv."
 )
 @opt.options(opt.results_option, opt.dry_run, opt.as_json, opt.quiet, opt.verbose)
 def compression(

@@ -15,18 +15,19 @@ from wentry_cli.cli import options as opt
 @click.option("--duplicates", is_flag=True, help="Read every frame and count those that equal the one before.")
 @opt.as_json
 def command(paths: tuple[Path, ...], duplicates: bool, as_json: bool) -> None:
-    """Say what each recording in PATHS is: format, frames, size, bit depth, frame rate and where that came from."""
+    """Say what each recording in PATHS is: format, frames, size, bit depth, frame rate and where that came from.
+
+    A path is a recording, a drop or a campaign (each view is shown), or a folder of recordings.
+    """
     from wentry_cli.cli.console import show_json
-    from wentry_cli.errors import InputError, WentryError
-    from wentry_cli.frames.description import describe
+    from wentry_cli.errors import Gathered
+    from wentry_cli.runner.recordings import describe_all
 
     described: list[dict[str, Any]] = []
-    problems: list[str] = []
+    problems = Gathered()
     for path in paths:
-        try:
-            described.append(describe(path, count_duplicates=duplicates))
-        except WentryError as error:
-            problems.append(str(error))
+        with problems.part():
+            described += describe_all(path, problems, count_duplicates=duplicates)
     if as_json:
         show_json(described)
     else:
@@ -34,8 +35,7 @@ def command(paths: tuple[Path, ...], duplicates: bool, as_json: bool) -> None:
             for name, value in facts.items():
                 click.echo(f"{name + ':':22} {_shown(value)}")
             click.echo()
-    if problems:
-        raise InputError("\n".join(problems))
+    problems.complain()
 
 
 def _shown(value: Any) -> str:

@@ -15,7 +15,7 @@ from wentry_cli.config.models import Experiment, View
 from wentry_cli.config.places import Document, KeyPath, read_document
 from wentry_cli.config.plausible import refuse_implausible
 from wentry_cli.config.values import is_formula, is_one_line
-from wentry_cli.errors import ConfigurationError, Gathered, InputError
+from wentry_cli.errors import ConfigurationError, Gathered, InputError, NoDropError
 
 PARTS = ("sphere", "liquid", "drop", "views", "analysis")
 EXPERIMENT = "experiment.yaml"
@@ -87,12 +87,12 @@ def find_drops(video_dir: Path) -> dict[str, Path]:
 
     Links are followed, except to a folder seen before or to one that holds ``video_dir``.
 
-    Raises ``InputError`` where the folder is missing or holds no ``experiment.yaml``, where two drops would have one
-    name, or one a name that breaks a line or is a formula to a spreadsheet.
+    Raises ``InputError`` where the folder is missing, where two drops would have one name, or one a name that breaks a
+    line or is a formula to a spreadsheet; ``NoDropError`` where it holds no ``experiment.yaml``.
     """
-    if video_dir.is_file():
+    if os.path.isfile(video_dir):  # unlike the path's own it takes a name that is too long
         raise InputError(f"{video_dir}: is a file; give the folder that holds {EXPERIMENT}, which names the recording")
-    if not video_dir.is_dir():
+    if not os.path.isdir(video_dir):
         raise InputError(f"{video_dir}: no such folder; give the folder of a drop or of a campaign")
     root = video_dir.resolve()
     if (root / EXPERIMENT).is_file():
@@ -114,7 +114,7 @@ def find_drops(video_dir: Path) -> dict[str, Path]:
             raise InputError(f"{folder}: its name {name} is that of {drops[name]}; rename one of the two folders")
         drops[name] = Path(folder)
     if not drops:
-        raise InputError(
+        raise NoDropError(
             f"{video_dir}: holds no {EXPERIMENT}; `wentry init {video_dir}` writes one to fill in, beside the recording"
         )
     return dict(sorted(drops.items()))

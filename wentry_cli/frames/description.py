@@ -11,13 +11,16 @@ from wentry_cli.frames.identity import recording_files
 from wentry_cli.frames.reader import Recording
 
 
-def describe(path: Path, *, count_duplicates: bool = False) -> dict[str, object]:
+def describe(
+    path: Path, *, count_duplicates: bool = False, fps: float | None = None, frames: tuple[int, int] | None = None
+) -> dict[str, object]:
     """Return format, size, depth, rate and where it came from, exposure, gaps and duplicates of ``path``.
 
     All values are JSON-able; None means that the recording does not say. With ``count_duplicates`` every frame is read
-    to find those that equal the one before (``duplicate_frames``). Raises InputError as ``open_recording``.
+    to find those that equal the one before (``duplicate_frames``). ``fps``, ``frames`` and what is raised are those
+    of ``open_recording``.
     """
-    recording = open_recording(path)
+    recording = open_recording(path, fps=fps, frames=frames)
     try:
         info = recording.info
         numbers = recording.camera_frames()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -50,9 +51,9 @@ def read_drops(results: Path) -> tuple[list[Drop], dict[str, str]]:
 
     Those whose record is damaged come apart, with what to do about it. Raises ``InputError`` where there is no other.
     """
-    if results.is_file():
+    if os.path.isfile(results):
         raise InputError(f"{results}: is a file; give the folder that `wentry process` wrote its results into")
-    if not results.is_dir():
+    if not os.path.isdir(results):
         raise InputError(f"{results}: no such folder; run `wentry process VIDEO_DIR -o {results}` first")
     drops: list[Drop] = []
     damaged: dict[str, str] = {}

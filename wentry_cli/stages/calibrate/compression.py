@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv as csv_format
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -88,8 +89,8 @@ def read_compression(path: Path) -> CompressionTest:
     read, a column is missing or stands there twice, and with the line where a cell is no number or where semicolons,
     tabs or decimal commas take the place of commas and points.
     """
-    if not path.is_file():
-        what = "is a folder" if path.is_dir() else "no such file"
+    if not os.path.isfile(path):
+        what = "is a folder" if os.path.isdir(path) else "no such file"
         raise InputError(f"{path}: {what}; give the CSV file of the compression test")
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
