@@ -182,6 +182,24 @@ def test_one_broken_drop_stops_no_other(wentry: Command, video: Path, tmp_path: 
     assert "2 of 3 drops failed: misspelt, broken" in done.err
     assert read_table(tmp_path / "r", "summary")["drop"].tolist() == ["small"]
     assert (tmp_path / "r" / "report.html").is_file()
+    # the report shows what there is, so it has done its work; it names what it lacks
+    done = wentry("report", tmp_path / "r")
+    assert done.code == 0
+    told = done.err.splitlines()
+    assert told[0].startswith(
+        f"broken: not complete: ingest: {video.parent / 'broken' / 'side'}: not one of the images"
+    )
+    assert told[1].startswith(f"misspelt: not complete: configuration: {video.parent / 'misspelt'}")
+    assert told[-1].startswith(f"{tmp_path / 'r' / 'report.html'} and ")
+    assert "complete" not in wentry("report", tmp_path / "r", "--drop", "small").err
+    assert wentry("report", tmp_path / "r", "-q").err == ""
+
+
+def test_a_report_before_the_fit_says_what_it_lacks(wentry: Command, video: Path, tmp_path: Path) -> None:
+    assert wentry("process", video, "-o", tmp_path / "r").code == 0
+    done = wentry("report", tmp_path / "r")
+    assert done.code == 0
+    assert "small: not complete: summary: stage summary has not run; run `wentry fit` first\n" in done.err
 
 
 def test_one_process_or_two_give_the_same_bytes(wentry: Command, video: Path, tmp_path: Path) -> None:

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from wentry_cli.cli import options as opt
 from wentry_cli.cli.flow import Flow
+
+if TYPE_CHECKING:
+    from wentry_cli.pipeline import CampaignStage
+    from wentry_cli.runner.commands import Campaign
+    from wentry_cli.runner.plan import Step
 
 
 @click.command(name="report")
@@ -24,16 +29,19 @@ from wentry_cli.cli.flow import Flow
 def command(results: Path, only: tuple[str, ...], **common: Any) -> None:
     """Draw every figure that the tables in RESULTS allow: report.html, report.pdf and figures/.
 
-    Nothing is drawn again where tables, configuration, recordings and version are those of the last report.
+    Nothing is drawn again where tables, configuration, recordings and version are those of the last report. Drops that
+    are not complete are named, with what they lack; the report itself is complete then, and its exit code 0.
     """
-    from wentry_cli.runner.commands import processed
+    from wentry_cli.runner.commands import incomplete, processed
 
     pages = f"{results / 'report.html'} and {results / 'report.pdf'}"
-    Flow(results, **common).carry_out(
-        processed(results, only),
-        "report",
-        lambda _, done: (
-            f"{pages} show today's results already; --force draws them again" if done[0].action == "fresh" else pages
-        ),
-        only,
-    )
+
+    def farewell(campaign: Campaign, done: list[Step[CampaignStage]]) -> str:
+        fresh = f"{pages} show today's results already; --force draws them again"
+        lacking = [
+            f"{failure.drop}: not complete: {failure.stage}: {failure.sentence.removeprefix(f'{failure.drop}: ')}"
+            for failure in incomplete(campaign, results, only)
+        ]
+        return "\n".join([*lacking, fresh if done[0].action == "fresh" else pages])
+
+    Flow(results, **common).carry_out(processed(results, only), "report", farewell, only)

@@ -177,29 +177,43 @@ def processed(results: Path, only: tuple[str, ...] = ()) -> Campaign:
     drops = [drop for drop in drops if drop.name in names]
     edits = [note for drop in drops for note in warn_of_edits(results / drop.name)]
     failures = [Failure(name, "", InputError.exit_code, told) for name, told in damaged.items() if name in names]
-    return Campaign(drops, failures + [failure for drop in drops for failure in _failed_before(results, drop)], edits)
+    failures += [failure for drop in drops for failure in _failed_before(results, drop, "process")]
+    return Campaign(drops, failures, edits)
 
 
-def _failed_before(results: Path, drop: Drop) -> list[Failure]:
+def incomplete(campaign: Campaign, results: Path, only: tuple[str, ...] = ()) -> list[Failure]:
+    """The drops that a report on ``results`` cannot show as a whole, and why: not measured, not fitted, or refused."""
+    fits = [failure for drop in campaign.drops for failure in _failed_before(results, drop, "fit")]
+    told = {} if only else read_json(results / RUN).get("failures", {})
+    refused = [
+        Failure(name, str(one.get("stage")), int(one.get("exit_code", 1)), str(one.get("sentence")))
+        for name, one in told.items()
+        if name not in {drop.name for drop in campaign.drops}  # it left nothing there
+    ]
+    found = {failure.drop: failure for failure in [*refused, *fits, *campaign.failures]}
+    return [found[name] for name in sorted(found)]
+
+
+def _failed_before(results: Path, drop: Drop, command: str) -> list[Failure]:
     told = read_json(results / RUN).get("failures", {}).get(drop.name, {})
     if told.get("stage") == CONFIGURATION:
         return [Failure(drop.name, CONFIGURATION, int(told["exit_code"]), str(told["sentence"]))]
     record = read_json(results / drop.name / STAGES)
-    for stage in stages_of("process"):
+    for stage in stages_of(command):
         known = record.get(stage.name)
         if stage.why_not(drop) is not None:
             continue
         if not isinstance(known, dict):
-            sentence = f"stage {stage.name} has not run; run `wentry process` first"
+            sentence = f"stage {stage.name} has not run; run `wentry {command}` first"
             return [Failure(drop.name, stage.name, InputError.exit_code, sentence)]
         if known.get("error") == INTERRUPTED:
-            sentence = f"stage {stage.name} was interrupted; run `wentry process` again"
+            sentence = f"stage {stage.name} was interrupted; run `wentry {command}` again"
             return [Failure(drop.name, stage.name, InputError.exit_code, sentence)]
         if known.get("error"):
             return [Failure(drop.name, stage.name, int(known.get("exit_code", 1)), str(known["error"]))]
         missing = [name for name in known.get("outputs", {}) if not has_table(results / drop.name, name)]
         if missing:
-            sentence = f"{results / drop.name / missing[0]}.csv: missing; run `wentry process` again"
+            sentence = f"{results / drop.name / missing[0]}.csv: missing; run `wentry {command}` again"
             return [Failure(drop.name, stage.name, InputError.exit_code, sentence)]
     return []
 
@@ -241,6 +255,7 @@ __all__ = [
     "Campaign",
     "Order",
     "finish",
+    "incomplete",
     "keep_raw_data",
     "locked",
     "plans",
