@@ -147,7 +147,8 @@ CAMPAIGN_STAGES: tuple[CampaignStage, ...] = (
     ),
     CampaignStage(
         "report", "report", "figures, page and PDF",
-        tuple(dict.fromkeys(name for stage in STAGES for name in stage.writes)), ("summary", "scaling", "materials"),
+        tuple(dict.fromkeys(name for stage in STAGES for name in stage.writes)),
+        ("summary", "scaling", "materials", "compression", "calibration"),
         ("report.html", "report.pdf", "figures/*.*"), shows_all=True,
     ),
 )  # fmt: skip

@@ -58,6 +58,26 @@ def test_a_failed_test_keeps_the_good_row(tmp_path, wentry):
     assert len(read_table(tmp_path / "r", "compression")) == 40
 
 
+def test_a_test_alone_has_a_report_which_a_new_test_renews(tmp_path, wentry):
+    results = tmp_path / "r"
+    words = ("--diameter-m", "0.051", "-o", results)
+    done = wentry("calibrate", "compression", write_test(tmp_path / "test.csv"), *words)
+    assert f"wentry report {results} draws the test" in done.err
+    assert wentry("report", results).code == 0
+    assert (results / "figures" / "fig_11_compression.svg").is_file()
+    page = (results / "report.html").read_text(encoding="utf-8")
+    assert "Compression of spheres" in page
+    assert "No drop was processed into this folder." in page
+    assert "show today's results already" in wentry("report", results).err
+    assert wentry("calibrate", "compression", tmp_path / "test.csv", "--material", "b", *words).code == 0
+    assert "report done" in wentry("report", results).err
+    done = wentry("report", results, "--drop", "a")
+    assert done.code == 4
+    assert "holds no processed drop" in done.err
+    (results / "compression.csv").unlink()
+    assert wentry("report", results).code == 4
+
+
 def test_the_curve_of_a_sphere_replaces_its_earlier_one(tmp_path, wentry):
     for material in ("soft", "hard", "soft"):
         words = ("--diameter-m", "0.051", "--material", material, "-o", tmp_path / "r")

@@ -88,6 +88,7 @@ def test_a_damaged_record_stops_no_other(wentry: Command, pair: Path, tmp_path: 
     assert "drop.json: damaged" in done.err
     assert (tmp_path / "r" / "small" / "summary.csv").is_file()
     assert wentry("status", tmp_path / "r").code in (0, 6)
+    assert "bad: not complete: " + str(tmp_path / "r" / "bad" / "drop.json") in wentry("report", tmp_path / "r").err
 
 
 def test_a_truth_that_holds_words(wentry: Command, video: Path, tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from fixture_campaign import CAMPAIGN, Made, write_campaign
 from matplotlib.figure import Figure
@@ -16,16 +17,19 @@ from wentry_cli.report.campaign import Campaign, read_campaign
 from wentry_cli.report.curves import conditions, mean_and_spread, mean_curve
 from wentry_cli.report.drawing import draw_panel, styled
 from wentry_cli.report.flight_motion import flight_velocity
+from wentry_cli.report.force_panels import force_coefficients
+from wentry_cli.report.moments import Moment, telling_moments
 from wentry_cli.report.names import file_stem
 from wentry_cli.report.numbers import or_reason, with_uncertainty
 from wentry_cli.report.page import page_title
 from wentry_cli.report.panel import NotDrawn, Panel, merged
 from wentry_cli.report.panels import campaign_panels, drop_panels
 from wentry_cli.report.pinch_off_panels import _numbers
+from wentry_cli.report.strip_frames import _chosen_rows
 from wentry_cli.report.style import plain, stiffness_shade
 from wentry_cli.report.tabulation import drop_table
 from wentry_cli.report.theory import added_mass_prefactor, published_pinch_off_band, ring_model_pinch_off
-from wentry_cli.report.velocity_panels import speed_groups
+from wentry_cli.report.velocity_panels import speed_groups, with_gaps
 from wentry_cli.report.words import MEANINGS
 from wentry_cli.schemas import STATUS_WORDS
 from wentry_cli.tables import new_table
@@ -131,6 +135,77 @@ def test_the_line_of_a_calibrated_drop_is_its_fit(campaign: Campaign) -> None:
     assert line["t_ms"].tolist() == pytest.approx([0.0, 10.0, 20.0])
     assert line["stretch"].tolist() == [1.3, 0.9, 1.1]
     assert "joint fit" in drawn[0].caption
+
+
+def _drawn(panel: Panel) -> Figure:
+    with styled():
+        return draw_panel(panel)
+
+
+def test_the_legend_of_the_plate_names_each_drop_and_the_line(tmp_path: Path) -> None:
+    """Drops of one speed are told apart by their names."""
+    plate = Made("plate_a", kind="surface_impact", sphere="S2")
+    drops = (plate, replace(plate, name="plate_b"), replace(plate, name="plate_c", speed=3.2))
+    (panel,) = (p for p in campaign_panels(read_campaign(tmp_path, write_campaign(tmp_path, drops))) if p.key == "12b")
+    assert isinstance(panel, Panel)
+    texts = [text.get_text() for text in _drawn(panel).axes[0].get_legend().get_texts()]
+    assert sorted(texts) == [
+        "$U_0$ = 3.20 m/s", "$U_0$ = 5.30 m/s, plate_a", "$U_0$ = 5.30 m/s, plate_b", "model, time scaled",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("key", ["3c", "3d", "4d", "12b", "sheet"])
+def test_limits_follow_the_curve_not_the_uncertainty_at_impact(campaign: Campaign, key: str) -> None:
+    def doubted(name: str, column: str, table: pd.DataFrame) -> pd.DataFrame:
+        changed = table.copy()
+        if column in changed.columns and name in {"side", "stretch"}:
+            changed.loc[changed.index[len(changed) // 9], column] = 50.0
+        return changed
+
+    columns = {"side": "y_b_m_unc", "stretch": "stretch_unc"}
+    drops = [
+        replace(drop, tables={name: doubted(name, columns.get(name, ""), t) for name, t in drop.tables.items()})
+        for drop in campaign.drops
+    ]
+    spoilt = replace(campaign, drops=tuple(drops))
+    sound, doubtful = (
+        next(p for p in [*campaign_panels(one), *drop_panels(one)] if p.key == key and _is_soft(p))
+        for one in (campaign, spoilt)
+    )
+    assert isinstance(sound, Panel)
+    assert isinstance(doubtful, Panel)
+    unc = doubtful.data.filter(like="_unc").to_numpy(float)
+    assert np.nanmax(unc) >= 50.0
+    for before, after in zip(_drawn(sound).axes, _drawn(doubtful).axes, strict=True):
+        assert after.get_ylim() == pytest.approx(before.get_ylim())
+
+
+def _is_soft(panel: Panel | NotDrawn) -> bool:
+    return not isinstance(panel, Panel) or "rigid" not in panel.drop
+
+
+def test_a_curve_is_broken_where_its_uncertainty_exceeds_the_axis() -> None:
+    curve = pd.DataFrame({"t": [0.0, 1.0, 2.0, 3.0], "v": [1.0, 2.0, 3.0, 4.0], "u": [0.1, 9.0, math.nan, 0.1]})
+    assert with_gaps(curve, known_to=5.0)["v"].tolist() == pytest.approx([1.0, math.nan, 3.0, 4.0], nan_ok=True)
+    assert with_gaps(curve)["v"].tolist() == [1.0, 2.0, 3.0, 4.0]
+
+
+def test_the_axes_of_the_force_coefficient_end_where_its_values_do(campaign: Campaign) -> None:
+    """Neither an error bar longer than the rest nor a period after what is shown widens them."""
+    soft = campaign.drops[1]
+    forces = soft.table("forces").copy()
+    forces.loc[2, "force_coefficient_unc"] = 80.0
+    late = forces.tail(1).assign(t_mid_over_tp=3.0, force_coefficient=-40.0)
+    wild = replace(soft, tables={**soft.tables, "forces": pd.concat([forces, late], ignore_index=True)})
+    panel = force_coefficients(replace(campaign, drops=(campaign.drops[0], wild)))
+    assert isinstance(panel, Panel)
+    ax = _drawn(panel).axes[0]
+    last = float(panel.data["t_mid_over_tp"].max())
+    assert last <= 1.5
+    assert ax.get_xlim() == (0.0, pytest.approx(last, rel=0.05))
+    low, high = ax.get_ylim()
+    assert -0.6 < low < 0.0
+    assert 1.1 < high < 1.6
 
 
 def test_fit_line_of_the_period_is_the_table_s_slope(panels: list[Panel]) -> None:
@@ -284,6 +359,17 @@ def test_numbers_are_written_as_far_as_they_are_known(value: float, unc: float, 
     assert with_uncertainty(value, unc) == text
 
 
+def test_a_number_that_only_the_side_view_tells_says_that_there_is_none(campaign: Campaign) -> None:
+    soft = campaign.drops[1]
+    numbers = {name: value for name, value in soft.summary.items() if name not in {"impact_speed_m_s", "t_p_s"}}
+    tables = {name: table for name, table in soft.tables.items() if name != "side"}
+    table = drop_table(replace(campaign, drops=(replace(soft, summary=numbers, tables=tables), *campaign.drops[2:])))
+    row = dict(zip(table.header, table.rows[0], strict=True))
+    assert row["U₀ (m/s)"] == "– (no side view)"
+    other = dict(zip(table.header, table.rows[1], strict=True))
+    assert other["U₀ (m/s)"] == "5.340 ± 0.010"
+
+
 def test_a_dash_says_why() -> None:
     assert or_reason("–", "clip_ended") == "– (clip_ended)"
     assert or_reason("–", "ok") == "–"
@@ -330,6 +416,30 @@ def test_moments_stay_within_what_was_measured(campaign: Campaign) -> None:
         assert all(start - 1e-12 <= t <= stop + 1e-12 for t in moments)
     labels = {moment.label for moment in telling_moments(campaign.drops[1])}
     assert {"impact", "pinch-off", "widest, N = 1", "longest, N = 1"} <= labels
+
+
+def test_both_strips_of_a_drop_show_the_same_frames(campaign: Campaign) -> None:
+    """Where one view does not see the sphere at its widest, both show the frame beside it that both have measured."""
+    drop = campaign.drops[1]
+    peak = drop.table("periods")["t_peak_s"].iloc[0]
+    hidden = drop.table("side").copy()
+    at_peak = (hidden["t_s"] - peak).abs().idxmin()
+    hidden.loc[at_peak, "status"] = "occluded"
+    spoilt = replace(drop, tables={**drop.tables, "side": hidden})
+    frames = {}
+    for view, other in (("side", "top"), ("top", "side")):
+        chosen = _chosen_rows(spoilt.table(view), spoilt.table(other), telling_moments(spoilt, view))
+        frames[view] = next(row["frame"] for moment, row in chosen if moment.label == "widest, N = 1")
+    assert frames["side"] == frames["top"]
+    assert abs(frames["side"] - at_peak) == 1
+
+
+def test_a_view_alone_shows_the_frame_that_it_has_measured(campaign: Campaign) -> None:
+    drop = campaign.drops[1]
+    side, none = drop.table("side"), drop.table("top").head(0)
+    good = side[side["status"] == "ok"].iloc[20]
+    ((_, row),) = _chosen_rows(side, none, [Moment(float(good["t_s"]) + 1e-5, "")])
+    assert row["frame"] == good["frame"]
 
 
 def test_a_drop_that_stands_still_has_no_moments() -> None:

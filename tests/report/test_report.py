@@ -204,6 +204,36 @@ def test_a_missing_or_broken_table_costs_its_panels_only(tmp_path: Path, name: s
         assert isinstance(panel, Panel) or panel.reason
 
 
+def test_two_sheets_fill_a_page(campaign: Path) -> None:
+    from wentry_cli.report.document import _onto_pages
+    from wentry_cli.report.drawing import Drawn
+    from wentry_cli.report.drop_sheets import drop_sheets
+    from wentry_cli.report.panel import Panel
+
+    soft = read_campaign(campaign, ["g6p9_d51_h153"])
+    (sheet,) = drop_sheets(soft)
+    assert isinstance(sheet, Panel)
+    assert len(set(sheet.data["part"])) == 4
+    pages = list(_onto_pages([Drawn(sheet, b"", ())] * 4))
+    assert [len(page) for page in pages] == [2, 2]
+
+
+def test_no_heading_of_the_pdf_is_alone_at_the_foot_of_a_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    from wentry_cli.report import print_text
+
+    def lines(count: int) -> list[print_text.Line]:
+        text = [print_text._text(f"line {number}", bold=False) for number in range(count)]
+        return [*text, *print_text._head("Heading"), *text[:3]]
+
+    alone = 0
+    for count in range(30, 60):
+        monkeypatch.setattr(print_text, "_lines", lambda _, count=count: lines(count))
+        pages = [[text.get_text() for text in page.texts] for page in print_text.text_pages(None)]  # type: ignore[arg-type]
+        alone += any(page[-1] == "Heading" for page in pages)
+        assert [text for page in pages for text in page].count("Heading") == 1
+    assert alone == 0
+
+
 def test_nothing_measured_is_a_page_that_says_so(tmp_path: Path) -> None:
     results = tmp_path / "results"
     results.mkdir()

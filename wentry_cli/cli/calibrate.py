@@ -109,7 +109,7 @@ def compression(
         calibrate.calibrate_compression(test, diameter_m, results, material=material)
     _show_rows(rows_of(results, "compression", [material]), as_json, quiet)
     if not quiet:
-        click.echo(f"{results / 'materials.csv'}", err=True)
+        click.echo(f"{results / 'materials.csv'}; wentry report {results} draws the test", err=True)
 
 
 Uses = dict[str, dict[str, str | None]]

@@ -13,6 +13,7 @@ from wentry_cli.cli.flow import Flow
 if TYPE_CHECKING:
     from wentry_cli.pipeline import CampaignStage
     from wentry_cli.runner.commands import Campaign
+    from wentry_cli.runner.drop import Failure
     from wentry_cli.runner.plan import Step
 
 
@@ -32,16 +33,18 @@ def command(results: Path, only: tuple[str, ...], **common: Any) -> None:
     Nothing is drawn again where tables, configuration, recordings and version are those of the last report. Drops that
     are not complete are named, with what they lack; the report itself is complete then, and its exit code 0.
     """
-    from wentry_cli.runner.commands import incomplete, processed
+    from wentry_cli.runner.commands import incomplete, shown
 
     pages = f"{results / 'report.html'} and {results / 'report.pdf'}"
 
     def farewell(campaign: Campaign, done: list[Step[CampaignStage]]) -> str:
         fresh = f"{pages} show today's results already; --force draws them again"
-        lacking = [
-            f"{failure.drop}: not complete: {failure.stage}: {failure.sentence.removeprefix(f'{failure.drop}: ')}"
-            for failure in incomplete(campaign, results, only)
-        ]
+        lacking = [_told(failure) for failure in incomplete(campaign, results, only)]
         return "\n".join([*lacking, fresh if done[0].action == "fresh" else pages])
 
-    Flow(results, **common).carry_out(processed(results, only), "report", farewell, only)
+    Flow(results, **common).carry_out(shown(results, only), "report", farewell, only)
+
+
+def _told(failure: Failure) -> str:
+    sentence = failure.sentence.removeprefix(f"{failure.drop}: ")
+    return ": ".join(part for part in (failure.drop, "not complete", failure.stage, sentence) if part)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -10,6 +11,7 @@ from matplotlib.figure import FigureBase
 
 from wentry_cli.report.campaign import Campaign, DropResults
 from wentry_cli.report.curves import measured
+from wentry_cli.report.legends import clear_limits
 from wentry_cli.report.names import file_stem
 from wentry_cli.report.panel import NotDrawn, Panel
 from wentry_cli.report.stretch_curves import measured_stretch, model_stretch
@@ -17,6 +19,7 @@ from wentry_cli.report.style import GREY, WIDE_SIZE, plain
 
 IMPACT_TITLE = "Impact on a rigid surface"
 CALIBRATED = "model, calibrated"
+LINES = (CALIBRATED, "model, time scaled")
 COMPRESSION_TITLE = "Quasi-static compression"
 
 
@@ -70,19 +73,32 @@ def _draw_impacts(figure: FigureBase, data: pd.DataFrame) -> None:
     ax.axhline(1.0, color=GREY, linewidth=0.6, zorder=0)
     groups = list(data.groupby("drop", sort=False))
     shades = [f"{level:.3f}" for level in np.linspace(0.65, 0.0, len(groups))] if len(groups) > 1 else ["0.2"]
-    for shade, (name, rows) in zip(shades, groups, strict=True):
+    for shade, label, (_, rows) in zip(shades, _labels(groups), groups, strict=True):
         shown = rows[rows["series"] == "measured"]
-        speed = float(rows["impact_speed_m_s"].iloc[0])
-        label = f"$U_0$ = {speed:.2f} m/s" if np.isfinite(speed) else plain(str(name)).lstrip("_")
         ax.errorbar(
             shown["t_ms"], shown["stretch"], yerr=shown["stretch_unc"], fmt="s", markersize=2.8, color=shade,
             elinewidth=0.5, markerfacecolor="none", markeredgewidth=0.7, label=label,
         )  # fmt: skip
-        line = rows[rows["series"].isin([CALIBRATED, "model, time scaled"])]
+        line = rows[rows["series"].isin(LINES)]
         ax.plot(line["t_ms"], line["stretch"], color=shade, linewidth=1.1)
+    for name in LINES:
+        if bool((data["series"] == name).any()):
+            ax.plot([], [], color=shades[-1], linewidth=1.1, label=name)
     ax.set(xlabel="$t$ (ms)", ylabel=r"$\lambda$")
     ax.margins(x=0.02)
+    clear_limits(ax, (), [1.0, *data["stretch"]], pad=0.06)
     ax.legend(loc="upper right")
+
+
+def _labels(groups: Sequence[tuple[object, pd.DataFrame]]) -> list[str]:
+    """What the legend calls each drop: its impact speed, its name where that is not known, both where two share it."""
+    names = [plain(str(name)).lstrip("_") for name, _ in groups]
+    speeds = [float(rows["impact_speed_m_s"].iloc[0]) for _, rows in groups]
+    told = [f"$U_0$ = {speed:.2f} m/s" if np.isfinite(speed) else "" for speed in speeds]
+    return [
+        text if text and told.count(text) == 1 else ", ".join(filter(None, (text, name)))
+        for text, name in zip(told, names, strict=True)
+    ]
 
 
 def compression(campaign: Campaign) -> Panel | NotDrawn:

@@ -19,6 +19,7 @@ from wentry_cli.report.style import BLACK, BLUE, GREEN, GREY, ORANGE
 from wentry_cli.report.velocity_panels import with_gaps
 
 Drawer = Callable[[Axes, pd.DataFrame], None]
+ROW_IN = 2.4  # inches; two sheets of two rows fill a page of the PDF
 
 
 def drop_sheets(campaign: Campaign) -> list[Panel | NotDrawn]:
@@ -52,13 +53,13 @@ def _sheet(drop: DropResults) -> Panel | NotDrawn:
     shown = "; ".join(words[name] for name in parts)
     caption = shown[0].upper() + shown[1:] + "."
     if "velocity" in parts:
-        caption += " Bands: standard uncertainty."
+        caption += " Bands: standard uncertainty, no curve where it exceeds the axis."
     if not drop.table("kinematics_model").empty:
         caption += " Black: from the measured stretch; orange: the paper's route, from the time-scaled model."
     if moments:
         caption += " Dotted: pinch-off."
     draw = partial(_draw_sheet, data=data, drawers=drawers, moments=[1e3 * t for t in moments])
-    size = (7.2, 2.5 * math.ceil(len(parts) / _columns(len(parts))))
+    size = (7.2, ROW_IN * math.ceil(len(parts) / _columns(len(parts))))
     return Panel("sheet", f"drop_{file_stem(drop.name)}", title, caption, data, draw, size, drop.name)
 
 
@@ -118,16 +119,16 @@ def _motion(drop: DropResults, column: str) -> pd.DataFrame:
 
 def _draw_motion(ax: Axes, data: pd.DataFrame, label: str) -> None:
     ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
+    values = data["value"].astype(float)
+    low, high = float(values.quantile(0.005)), float(values.quantile(0.995))
+    room = 0.15 * (high - low) or 1.0
     for name, color in (("model stretch", ORANGE), ("measured stretch", BLACK)):
-        line = with_gaps(data.loc[data["series"] == name, ["t_ms", "value", "value_unc"]])
+        line = with_gaps(data.loc[data["series"] == name, ["t_ms", "value", "value_unc"]], high - low + 2.0 * room)
         if line.empty:
             continue
         t, value, unc = line["t_ms"], line["value"], line["value_unc"]
         ax.fill_between(t, value - unc, value + unc, color=color, alpha=0.22, linewidth=0)
         ax.plot(t, value, color=color, linewidth=1.0, label=name)
-    values = data["value"].astype(float)
-    low, high = float(values.quantile(0.005)), float(values.quantile(0.995))
-    room = 0.15 * (high - low) or 1.0
     ax.set(ylabel=label, ylim=(low - room, high + room))
     if len(set(data["series"])) > 1:
         ax.legend(loc="best")

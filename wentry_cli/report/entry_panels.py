@@ -10,6 +10,7 @@ from matplotlib.figure import FigureBase
 
 from wentry_cli.report.campaign import Campaign, DropResults, example_drop
 from wentry_cli.report.curves import measured
+from wentry_cli.report.legends import clear_limits
 from wentry_cli.report.moments import telling_moments
 from wentry_cli.report.panel import NotDrawn, Panel
 from wentry_cli.report.style import BLACK, GREY, stiffness_shade
@@ -48,6 +49,7 @@ def bottom_position(campaign: Campaign) -> Panel | NotDrawn:
         )  # fmt: skip
         ax.set(xlabel="$t/t_p$", ylabel="$y_b/D$")
         ax.margins(x=0.03)
+        clear_limits(ax, (), [0.0, *shown["y_b_over_d"]], pad=0.06)
 
     caption = (
         f"Lowest point y_b of drop {drop.name} over the diameter D against time over the time of pinch-off t_p = "
@@ -89,6 +91,7 @@ def stretch_in_time(campaign: Campaign) -> Panel | NotDrawn:
         ax.set(xlabel="$t$ (ms)", ylabel=r"$\lambda$")
         ax.legend(loc="upper right")
         ax.margins(x=0.03)
+        clear_limits(ax, (), [1.0, *data["stretch"]], pad=0.06)
 
     caption = (
         f"Principal stretch λ of drop {drop.name}, {_sources(data)}. Bars: standard uncertainty. Vertical lines: the "

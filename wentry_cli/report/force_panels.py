@@ -28,8 +28,9 @@ def force_coefficients(campaign: Campaign) -> Panel | NotDrawn:
     def draw(figure: FigureBase) -> None:
         ax = figure.subplots()
         ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
+        low, high = _limits(data)
         for _, curve in data[data["series"] == "rigid"].groupby("drop", sort=False):
-            line = with_gaps(curve)
+            line = with_gaps(curve, known_to=high - low)
             t, c, unc = (line[name] for name in COLUMNS)
             ax.fill_between(t, c - unc, c + unc, color=BLUE, alpha=0.2, linewidth=0, zorder=1)
             ax.plot(t, c, color=BLUE, linewidth=line_width(float(curve["diameter_m"].iloc[0])), zorder=2)
@@ -38,15 +39,15 @@ def force_coefficients(campaign: Campaign) -> Panel | NotDrawn:
                 row[COLUMNS[0]], row[COLUMNS[1]], yerr=row[COLUMNS[2]], fmt="o", color=BLACK,
                 markersize=0.85 * marker_size(row["diameter_m"]), elinewidth=0.8, markeredgewidth=0.0, zorder=4,
             )  # fmt: skip
-        ax.set(xlabel="$t/t_p$", ylabel=r"$\overline{C}_F,\ C_F$", xlim=(0, LATEST))
-        ax.set_ylim(_limits(data))
+        latest = 1.04 * float(data["t_mid_over_tp"].max())
+        ax.set(xlabel="$t/t_p$", ylabel=r"$\overline{C}_F,\ C_F$", xlim=(0, latest), ylim=(low, high))
         ax.legend(handles=_handles(data), loc="upper right")
 
     caption = (
         "Net force coefficients in the direction of travel against t/t_p: averaged over each period of the deformable "
         "spheres (black symbols, by period), instantaneous for rigid spheres (blue curves). Bars and bands: standard "
-        "uncertainty, of repeated rigid drops the spread. The table behind the panel also has the hydrodynamic "
-        "coefficient, with weight and buoyancy added."
+        "uncertainty, of repeated rigid drops the spread; no curve where it exceeds the axis. The table behind the "
+        "panel also has the hydrodynamic coefficient, with weight and buoyancy added."
     )
     return Panel("8", "fig_8_force_coefficient", TITLE, caption, data, draw, size=PANEL_SIZE)
 
@@ -58,7 +59,9 @@ def _period_averages(campaign: Campaign) -> list[pd.DataFrame]:
         if drop.rigid or found.empty:
             continue
         forces = drop.table("forces")
-        good = forces[forces["t_mid_over_tp"].notna() & forces["force_coefficient"].notna()]
+        good = forces[(forces["t_mid_over_tp"] <= LATEST) & forces["force_coefficient"].notna()]
+        if good.empty:
+            continue
         kept = ["t_mid_over_tp", *[name for name in forces.columns if name.startswith("force_")], "period"]
         tables.append(good[kept].assign(series="period average", drop=drop.name, diameter_m=drop.number("diameter_m")))
     return tables
@@ -78,13 +81,17 @@ def _rigid_curves(campaign: Campaign) -> list[pd.DataFrame]:
 
 
 def _limits(data: pd.DataFrame) -> tuple[float, float]:
-    """Limits that hold every average and the bulk of the rigid curves; the slam spike of a few frames may leave."""
+    """Limits that hold every average and the bulk of the rigid curves.
+
+    The slam spike of a few frames may leave, and so may an error bar that is longer than what the averages span.
+    """
     values = data["force_coefficient"].astype(float)
     rigid = values[data["series"] == "rigid"]
     bulk = [float(np.nanquantile(rigid, part)) for part in (0.02, 0.96)] if len(rigid) else []
     soft = data[data["series"] == "period average"]
-    bars = soft["force_coefficient_unc"].astype(float).fillna(0.0)
-    ends = [*bulk, *(soft["force_coefficient"] - bars), *(soft["force_coefficient"] + bars), 0.0]
+    inner = [*bulk, *soft["force_coefficient"], 0.0]
+    bars = soft["force_coefficient_unc"].astype(float).fillna(0.0).clip(upper=0.25 * (max(inner) - min(inner)))
+    ends = [*inner, *(soft["force_coefficient"] - bars), *(soft["force_coefficient"] + bars)]
     low, high = min(ends), max(ends)
     return low - 0.1 * (high - low), high + 0.15 * (high - low) or 1.0
 

@@ -82,6 +82,8 @@ def page_title(campaign: Campaign) -> str:
         parts.append("impact on a rigid surface")
     if campaign.of("free_flight"):
         parts.append("free flight")
+    if not campaign.drops and not campaign.compression.empty:
+        parts.append("compression of spheres")
     text = (
         ", ".join(parts[:-1]) + (" and " if len(parts) > 1 else "") + parts[-1] if parts else "measurement of spheres"
     )
@@ -99,6 +101,8 @@ def headline(campaign: Campaign) -> str:
     unknown = len(campaign.drops) - sum(len(campaign.of(k)) for k in ("water_entry", "surface_impact", "free_flight"))
     parts += [f"{unknown} without a summary"] if unknown else []
     count = len(campaign.drops)
+    if not count:
+        return "no drops"
     return f"{count} drop{'s' if count != 1 else ''}: " + ", ".join(parts)
 
 

@@ -20,6 +20,7 @@ A4 = (8.27, 11.69)
 LYING = A4[::-1]  # tables are wide
 LEFT, RIGHT = 0.075, 0.925
 TOP, BOTTOM = 0.94, 0.06
+FOLLOWING = 4  # lines that go with a heading: itself, the header of its table and a row
 LETTERS = 180  # of a line of text in the plain size
 PLAIN = 7.0
 SMALLEST = 5.8  # points; a table that needs smaller letters is printed as blocks
@@ -44,7 +45,8 @@ def text_pages(content: Content) -> Iterator[Figure]:
     """Make the pages of text: title, drops, regressions, materials, failures, what is not drawn."""
     figure, y = Figure(figsize=LYING), TOP
     for line in _lines(content):
-        if y - line.height < BOTTOM:
+        needed = FOLLOWING * line.height if line.bold else line.height  # a heading is not left alone at the foot
+        if y - needed < BOTTOM:
             yield figure
             figure, y = Figure(figsize=LYING), TOP
         for x, text in line.cells:

@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 
 from wentry_cli.report.campaign import DropResults
 from wentry_cli.report.curves import measured
+from wentry_cli.report.legends import clear_limits
 from wentry_cli.report.style import BLACK, GREEN, GREY
 
 
@@ -41,7 +42,10 @@ def model_stretch(drop: DropResults) -> pd.DataFrame:
 
 
 def draw_stretch(ax: Axes, data: pd.DataFrame) -> None:
-    """Draw the rows of ``measured_stretch`` and ``model_stretch``: grey triangles, dashed and solid lines."""
+    """Draw the rows of ``measured_stretch`` and ``model_stretch``: grey triangles, dashed and solid lines.
+
+    The limits follow the values; the error bar of a frame that tells little may leave the axis.
+    """
     ax.axhline(1.0, color=GREY, linewidth=0.6, zorder=0)
     shown = data[data["series"] == "measured"]
     ax.errorbar(
@@ -53,3 +57,4 @@ def draw_stretch(ax: Axes, data: pd.DataFrame) -> None:
         if not line.empty:
             ax.plot(line["t_ms"], line["stretch"], linewidth=1.0, label=name, zorder=3, **look)
     ax.margins(x=0.03)
+    clear_limits(ax, (), [1.0, *data["stretch"]], pad=0.06)

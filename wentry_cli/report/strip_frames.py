@@ -31,8 +31,8 @@ class Shot:
 
 def read_shots(drop: DropResults, view: str, recording: Recording) -> tuple[list[Shot], Region]:
     """Read the telling frames of ``view``, cut to the region where things happen, with that region in full pixels."""
-    table = drop.table(view)
-    chosen = _chosen_rows(table, telling_moments(drop, view))
+    other = drop.table("top" if view == "side" else "side")
+    chosen = _chosen_rows(drop.table(view), other, telling_moments(drop, view))
     region = _region(drop, view, recording)
     found: list[tuple[NDArray[Any], dict[str, Any], Moment]] = []
     for moment, row in chosen:
@@ -47,22 +47,46 @@ def read_shots(drop: DropResults, view: str, recording: Recording) -> tuple[list
     return [Shot(_greys(picture, dark, bright), row, moment) for picture, row, moment in found], region
 
 
-def _chosen_rows(table: pd.DataFrame, moments: list[Moment]) -> list[tuple[Moment, dict[str, Any]]]:
-    """The row nearest to each moment, a measured one where there is one within two frames."""
-    times = pd.to_numeric(table["t_s"], errors="coerce").to_numpy(dtype=float, na_value=np.nan)
+def _chosen_rows(
+    table: pd.DataFrame, other: pd.DataFrame, moments: list[Moment]
+) -> list[tuple[Moment, dict[str, Any]]]:
+    """The row nearest to each moment, a measured one where there is one within two frames.
+
+    One that the ``other`` view has measured at the same time is preferred, so that both strips show the same moment.
+    """
+    times = _times(table)
     if not np.isfinite(times).any():
         return []
     step = float(np.nanmedian(np.diff(times))) if times.size > 1 else math.inf
     rows = table.to_dict("records")
     chosen: dict[int, tuple[Moment, dict[str, Any]]] = {}
-    good = (table["status"] == "ok").fillna(False).to_numpy(dtype=bool)
+    good = _measured(table)
+    both = good & _within(times, _times(other)[_measured(other)], 0.5 * step)
     for moment in moments:
         away = np.abs(times - moment.t_s)
-        near = np.where(good & (away <= 2.5 * step), away, away + 10.0 * step)
+        near = away + np.where(away > 2.5 * step, 20.0, np.where(both, 0.0, np.where(good, 5.0, 20.0))) * step
         nearest = int(np.nanargmin(near))
         if away[nearest] <= 2.5 * step and nearest not in chosen:
             chosen[nearest] = (moment, {str(key): value for key, value in rows[nearest].items()})
     return [chosen[place] for place in sorted(chosen)]
+
+
+def _times(table: pd.DataFrame) -> NDArray[np.float64]:
+    return pd.to_numeric(table["t_s"], errors="coerce").to_numpy(dtype=float, na_value=np.nan)
+
+
+def _measured(table: pd.DataFrame) -> NDArray[np.bool_]:
+    return (table["status"] == "ok").fillna(False).to_numpy(dtype=bool)
+
+
+def _within(times: NDArray[np.float64], others: NDArray[np.float64], reach: float) -> NDArray[np.bool_]:
+    """Which of ``times`` have one of ``others`` no further away than ``reach``."""
+    found = np.sort(others[np.isfinite(others)])
+    if found.size == 0:
+        return np.zeros(times.shape, dtype=bool)
+    behind = np.clip(np.searchsorted(found, times), 0, found.size - 1)
+    near = np.minimum(abs(found[behind] - times), abs(found[np.maximum(behind - 1, 0)] - times))
+    return np.asarray(near <= reach)
 
 
 def _region(drop: DropResults, view: str, recording: Recording) -> Region:

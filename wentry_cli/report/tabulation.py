@@ -215,7 +215,7 @@ def failure_table(campaign: Campaign) -> TextTable:
 def provenance_table(campaign: Campaign) -> TextTable:
     """What made the results: version, command, and the versions of everything whose numbers reach the tables."""
     run = campaign.run
-    rows = [(name, as_text(run[name])) for name in ("version", "command") if name in run]
+    rows = [(name, as_text(run[name])) for name in ("version", "command") if as_text(run.get(name))]
     environment = run.get("environment")
     versions = environment if isinstance(environment, Mapping) else {}
     rows += [(name, as_text(value)) for name, value in sorted(versions.items())]

@@ -86,8 +86,7 @@ def _velocity_panel(key: str, drops: list[DropResults]) -> Panel:
     caption = (
         f"Speed of the centre of mass over U₀ = {span} m/s against t/t_p. Grey: deformable spheres, lighter is softer; "
         "blue: rigid; thick: large. Vertical lines: end of the first period. Bands: standard uncertainty, of "
-        "repeated drops "
-        "the spread."
+        "repeated drops the spread; nothing is drawn where it exceeds U₀."
     )
     title = f"{TITLE}, {span} m/s"
     return Panel(key, f"fig_{key}_velocity", title, caption, data, partial(_draw_velocity, data=data))
@@ -104,7 +103,7 @@ def _draw_velocity(figure: FigureBase, data: pd.DataFrame) -> None:
     for _, curve in data.groupby("drop", sort=False):
         first = curve.iloc[0]
         shade = stiffness_shade(float(first["g_inf_pa"]), bool(first["rigid"]))
-        line = with_gaps(curve[curve["series"] == "velocity"])
+        line = with_gaps(curve[curve["series"] == "velocity"], known_to=1.0)
         t, v, unc = line["t_over_tp"], line["speed_over_u0"], line["speed_over_u0_unc"]
         ax.fill_between(t, v - unc, v + unc, color=shade, alpha=0.25, linewidth=0, zorder=2)
         ax.plot(t, v, color=shade, linewidth=line_width(float(first["diameter_m"])), zorder=3)
@@ -115,8 +114,14 @@ def _draw_velocity(figure: FigureBase, data: pd.DataFrame) -> None:
     ax.legend(handles=[*stiffness_handles(data, line=True), *size_handles(data, line=True)], loc="upper right")
 
 
-def with_gaps(curve: pd.DataFrame) -> pd.DataFrame:
-    """Put an empty row where frames are missing, so that no line bridges what was not measured."""
+def with_gaps(curve: pd.DataFrame, known_to: float = math.inf) -> pd.DataFrame:
+    """Put an empty row where frames are missing, so that no line bridges what was not measured.
+
+    The columns are abscissa, value, uncertainty. Rows that are not known to ``known_to``, the height of the axis, are
+    empty too: their band would be a stripe across it.
+    """
+    value, unc = curve.columns[1:3]
+    curve = curve.assign(**{value: curve[value].where(~(curve[unc] > known_to))})
     t = curve.iloc[:, 0].to_numpy(dtype=float)
     if t.size < 3:
         return curve

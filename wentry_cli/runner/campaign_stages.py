@@ -57,7 +57,7 @@ def plan_campaign(
 
 def _step(members: Members, stage: CampaignStage, rewritten: Mapping[str, str], choice: Choice) -> Step[CampaignStage]:
     above = next((who for file, who in rewritten.items() if stage.uses(file)), None)
-    if above is None and not members.of(stage):
+    if above is None and not members.of(stage) and not any(has_table(members.results, name) for name in stage.reads):
         return Step(stage, "not_needed", f"no drop has a {stage.drop_reads[-1]} yet")
     if choice.force in ("all", stage.name):
         return Step(stage, "run", "forced")

@@ -9,7 +9,7 @@ from typing import Any
 from wentry_cli.config.campaign import Drop, find_drops, read_drop
 from wentry_cli.config.inheritance import find_shared, notes_of
 from wentry_cli.config.places import Document, Place, followed, read_value
-from wentry_cli.errors import CampaignError, ConfigurationError, InputError, WentryError
+from wentry_cli.errors import CampaignError, ConfigurationError, InputError, NoDropError, WentryError
 from wentry_cli.pipeline import CampaignStage, Stage, campaign_stages_of, stages_of
 from wentry_cli.runner.campaign import Hands, run_campaign
 from wentry_cli.runner.campaign_stages import Members, plan_campaign, rewritten_by, run_campaign_stages
@@ -181,6 +181,16 @@ def processed(results: Path, only: tuple[str, ...] = ()) -> Campaign:
     return Campaign(drops, failures, edits)
 
 
+def shown(results: Path, only: tuple[str, ...] = ()) -> Campaign:
+    """What a report is on: the drops of ``processed``, or none where ``results`` holds a compression test alone."""
+    try:
+        return processed(results, only)
+    except NoDropError:
+        if only or not has_table(results, "compression"):
+            raise
+        return Campaign([])
+
+
 def incomplete(campaign: Campaign, results: Path, only: tuple[str, ...] = ()) -> list[Failure]:
     """The drops that a report on ``results`` cannot show as a whole, and why: not measured, not fitted, or refused."""
     fits = [failure for drop in campaign.drops for failure in _failed_before(results, drop, "fit")]
@@ -262,6 +272,7 @@ __all__ = [
     "processed",
     "raise_failures",
     "read_campaign",
+    "shown",
     "tell_failures",
     "work",
 ]

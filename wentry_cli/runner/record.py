@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from wentry_cli.config.campaign import Drop
-from wentry_cli.errors import InputError
+from wentry_cli.errors import InputError, NoDropError
 from wentry_cli.provenance import digest_of, environment
 from wentry_cli.tables import write_text
 
@@ -49,7 +49,8 @@ def write_drop(results: Path, drop: Drop) -> None:
 def read_drops(results: Path) -> tuple[list[Drop], dict[str, str]]:
     """Every drop that was processed into ``results``, by name, with the material that a calibration knows better.
 
-    Those whose record is damaged come apart, with what to do about it. Raises ``InputError`` where there is no other.
+    Those whose record is damaged come apart, with what to do about it. Raises ``InputError`` where there is no other,
+    ``NoDropError`` where there is none at all.
     """
     if os.path.isfile(results):
         raise InputError(f"{results}: is a file; give the folder that `wentry process` wrote its results into")
@@ -65,7 +66,7 @@ def read_drops(results: Path) -> tuple[list[Drop], dict[str, str]]:
     if damaged and not drops:
         raise InputError("\n".join(damaged.values()))
     if not drops:
-        raise InputError(f"{results}: holds no processed drop; run `wentry process VIDEO_DIR -o {results}` first")
+        raise NoDropError(f"{results}: holds no processed drop; run `wentry process VIDEO_DIR -o {results}` first")
     return drops, damaged
 
 
