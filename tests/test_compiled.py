@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import importlib.util
 import shutil
+import sys
 from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
 
@@ -26,6 +29,37 @@ def test_a_change_in_a_callee_is_a_new_cache(monkeypatch: pytest.MonkeyPatch, tm
     edges.write_text(edges.read_text() + "# changed\n")
     assert module._digest("contours") != before["contours"]
     assert module._digest("mechanics") == before["mechanics"]
+
+
+def test_the_first_run_is_known_by_the_kernels_that_are_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Where kernels are kept is written in one place; a kernel that numba compiles there ends the first run."""
+    shutil.copytree(module.PACKAGE / "imaging", tmp_path / "imaging", ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(module, "PACKAGE", tmp_path)
+    module._cache_folder.cache_clear()
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
+    try:
+        assert module.compiles_anew()
+        source = "import numba\nfrom wentry_cli.compiled import compiled\n@compiled\ndef twice(x):\n    return 2 * x\n"
+        path = tmp_path / "imaging" / "twice.py"
+        path.write_text(source)
+        name = f"{tmp_path.name}.imaging.twice"
+        spec = importlib.util.spec_from_file_location(name, path)
+        assert spec is not None
+        assert spec.loader is not None
+        made = importlib.util.module_from_spec(spec)
+        monkeypatch.setitem(sys.modules, name, made)
+        spec.loader.exec_module(made)
+        assert module.compiles_anew()
+        assert made.twice(2.0) == 4.0
+        assert not module.compiles_anew()
+    finally:
+        module._cache_folder.cache_clear()
+
+
+def test_a_package_that_cannot_be_written_is_never_new(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(module, "PACKAGE", tmp_path)
+    monkeypatch.setattr(module.os, "access", lambda path, mode: False)
+    assert not module.compiles_anew()
 
 
 def test_a_function_outside_the_package_is_compiled_too() -> None:

@@ -10,6 +10,7 @@ of every room that it imports: a change anywhere in them is a new folder.
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 import shutil
 import time
@@ -18,18 +19,19 @@ from functools import cache
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
 
-import numba
-
 P = ParamSpec("P")
 T = TypeVar("T")
 
 PACKAGE = Path(__file__).resolve().parent
+KERNELS = "__pycache__/kernels-{room}-{digest}"  # below the package
 KEPT_S = 86_400.0  # another process may still use yesterday's kernels
 _IMPORT = re.compile(r"wentry_cli\.(\w+)")
 
 
 def compiled(function: Callable[P, T]) -> Callable[P, T]:
     """Compile ``function`` with numba on its first call and keep its type for the type checker."""
+    import numba
+
     jit = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")
     settings: Any = numba.config
     before = settings.CACHE_DIR
@@ -38,6 +40,12 @@ def compiled(function: Callable[P, T]) -> Callable[P, T]:
         return cast("Callable[P, T]", jit(function))
     finally:
         settings.CACHE_DIR = before
+
+
+def compiles_anew() -> bool:
+    """Whether no kernel of any room is kept yet though there is a place for them, so that all will be compiled."""
+    kept = PACKAGE.glob(f"{KERNELS.format(room='*', digest='*')}/**/*.nbc")
+    return os.access(PACKAGE, os.W_OK) and not any(kept)
 
 
 def _room_of(module: str) -> str | None:
@@ -50,12 +58,12 @@ def _cache_folder(room: str | None) -> str | None:
     """Folder for the kernels of ``room``, ``None`` (numba's choice) outside the package or where it is read-only."""
     if room is None:
         return None
-    folder = PACKAGE / "__pycache__" / f"kernels-{room}-{_digest(room)}"
+    folder = PACKAGE / KERNELS.format(room=room, digest=_digest(room))
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:
         return None
-    _sweep(folder, f"kernels-{room}-*")
+    _sweep(folder, KERNELS.format(room=room, digest="*"))
     return str(folder)
 
 
@@ -80,6 +88,6 @@ def _closure(room: str) -> set[str]:
 
 
 def _sweep(folder: Path, pattern: str) -> None:
-    for old in folder.parent.glob(pattern):
+    for old in PACKAGE.glob(pattern):
         if old != folder and time.time() - old.stat().st_mtime > KEPT_S:
             shutil.rmtree(old, ignore_errors=True)

@@ -60,6 +60,7 @@ class Flow:
 
     def _work(self, campaign: Campaign, order: Order, farewell: Farewell) -> None:
         from wentry_cli.cli.console import reporting, show_json
+        from wentry_cli.compiled import compiles_anew
         from wentry_cli.runner.commands import finish, keep_raw_data, locked, tell_failures, work
 
         keep_raw_data(campaign, self.results)  # before the lock, which makes the folder
@@ -75,13 +76,3 @@ class Flow:
             show_json(record)
         elif not self.quiet and not (order.measures and campaign.failures):
             click.echo(farewell(campaign, done), err=True)
-
-
-def compiles_anew() -> bool:
-    """Whether no kernel was ever compiled where they are kept beside the package."""
-    import os
-
-    import wentry_cli
-
-    package = Path(wentry_cli.__file__).parent
-    return os.access(package, os.W_OK) and not any(package.glob("__pycache__/kernels-*/**/*.nbc"))
