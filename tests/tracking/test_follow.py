@@ -85,3 +85,15 @@ def test_a_sphere_that_was_held_back_out_of_sight_is_found_where_it_is() -> None
     found = {item.frame: item.fit for item in seen if item.ok and item.frame >= 12}
     assert len(found) >= 10
     assert all(abs(fit.center_y_px - slowed(k).center_y_px) < 0.1 for k, fit in found.items() if fit)
+
+
+def test_a_poor_last_sighting_does_not_lead_astray_sideways() -> None:
+    """Seen once 7 px beside where it was, then hidden until that would have led out of the frame."""
+    frames = clip(body, 24)
+    ground = ground_of(frames)
+    values = np.stack([frames.read(k) for k in range(24)])
+    values[2:15] = np.round(ground.level).astype(values.dtype)
+    path = start()
+    path.add(2, EllipseShape(87.0, body(2).center_y_px, RADIUS))
+    seen = follow(FrameArray(values), ground, path, range(3, 24), air_plan(SHAPE), Watch(search_from_px=0.0))
+    assert sum(item.ok for item in seen if item.frame >= 15) >= 7

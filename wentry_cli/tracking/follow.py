@@ -54,7 +54,7 @@ def follow(
     """Measure the frames in ``order`` (forwards or backwards), each from the last few.
 
     A frame that failed is tried once more at the bottom that the picture itself shows. The status ``out_of_frame``
-    from the plan ends the path.
+    from the plan ends the path of a sphere that was seen just before.
     """
     found: list[Sighting] = []
     lost = 0
@@ -73,7 +73,8 @@ def follow(
             if watch.learn is not None and sighting.ok:
                 watch.learn(sighting)
         found.append(sighting)
-        left = sighting.status == "out_of_frame" and sighting.fit is None
+        # where a sphere that was lost long ago may have left to, nobody knows
+        left = sighting.status == "out_of_frame" and sighting.fit is None and lost <= LOST_AFTER
         if left or lost >= watch.patience:
             break
     return found
@@ -81,14 +82,24 @@ def follow(
 
 def _jumps(sighting: Sighting, path: Path) -> bool:
     assert sighting.fit is not None
-    expected = path.predict(sighting.frame)
+    expected, last = path.predict(sighting.frame), path.shapes[-1]
     shape = _remembered(sighting, path.radius)
-    allowed = LARGEST_JUMP * path.radius + 2.0 * abs(sighting.frame - path.frames[-1])
+    late = abs(sighting.frame - path.frames[-1])
+    allowed = LARGEST_JUMP * path.radius + 2.0 * late
+    sideways = shape.x - expected.x
     moved = shape.y - expected.y if sighting.circle else shape.bottom_y - expected.bottom_y
-    if abs(sighting.frame - path.frames[-1]) > LATE_FRAMES and moved < 0.0:
-        # the water may have held back a sphere that was out of sight: anywhere from where it was seen last
-        moved = min(0.0, shape.bottom_y - path.shapes[-1].bottom_y + RISEN_PX)
-    return math.hypot(shape.x - expected.x, moved) > allowed
+    if late > LATE_FRAMES:
+        # the last two sightings may have been poor, and where they lead to leads astray
+        sideways = _beyond(shape.x, last.x, expected.x)
+        if moved < 0.0:
+            # the water may have held back a sphere that was out of sight: anywhere from where it was seen last
+            moved = min(0.0, shape.bottom_y - last.bottom_y + RISEN_PX)
+    return math.hypot(sideways, moved) > allowed
+
+
+def _beyond(value: float, one: float, other: float) -> float:
+    """How far a value lies outside of the interval between two others."""
+    return value - min(max(value, min(one, other)), max(one, other))
 
 
 def _remembered(sighting: Sighting, radius: float) -> EllipseShape:
@@ -159,9 +170,9 @@ def _search(frames: Frames, ground: Background, path: Path, index: int, plan: Pl
     expected, last = path.predict(index), path.shapes[-1]
     cap = find_lowest_cap(whole.values, path.radius, top_y=from_px)
     # a path that went astray before it was lost leads anywhere: what was seen last counts as much
-    highest, lowest = sorted((expected.y, last.y))
-    within = highest - 3.0 * path.radius < (cap.y if cap else math.nan) < lowest + 3.0 * path.radius
-    if cap is None or not within or abs(cap.x - expected.x) > 2.0 * path.radius:
+    if cap is None or abs(_beyond(cap.y, expected.y, last.y)) >= 3.0 * path.radius:
+        return None
+    if abs(_beyond(cap.x, expected.x, last.x)) > 2.0 * path.radius:
         return None
     round_one = EllipseShape(cap.x, cap.y, path.radius, 1.0)
     for factor in (1.0,) if path.stiff else STRETCHES_LOST:
