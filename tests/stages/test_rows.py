@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from wentry_cli.stages.track.rows import blurred_stretch, contradicted_bottom, local_bottom_holds, local_bottom_unc
+from wentry_cli.stages.track.rows import (
+    blurred_stretch,
+    contradicted_bottom,
+    local_bottom_holds,
+    local_bottom_unc,
+    lowest_rows,
+)
 
 
 def columns(stretch: np.ndarray, y: np.ndarray) -> dict[str, np.ndarray]:
@@ -64,3 +70,18 @@ def test_in_a_crowd_of_bubbles_what_the_bottom_lies_off_the_outline_is_doubt() -
     told["gated_fraction"] = np.array([0.4, 0.1, 0.4])
     assert local_bottom_unc(told, 0.0) == pytest.approx([np.sqrt(0.08), 0.05, 0.05])
     assert local_bottom_unc(told, 0.4) == pytest.approx(np.full(3, 0.05))
+
+
+def test_in_air_the_outline_goes_on_where_the_bottom_left_off() -> None:
+    apart = np.array([0.3, 0.31, 0.29, 0.3, 0.31, 0.29, np.nan, np.nan, 0.3, np.nan])
+    told = {"bottom_y_px": 100.0 + np.arange(10.0), "bottom_local_y_px": 100.0 + np.arange(10.0) + apart}
+    told |= {"bottom_y_px_unc": np.full(10, 0.01), "bottom_local_y_px_unc": np.where(np.isnan(apart), np.nan, 0.02)}
+    air = np.arange(10) < 8
+    rows, unc = lowest_rows(told, np.isfinite(apart), air)
+    expected = np.array([*(told["bottom_local_y_px"][:6]), 106.3, 107.3, 108.3, 109.0])
+    assert rows == pytest.approx(expected)
+    assert unc[:6] == pytest.approx(0.02)
+    assert unc[6] == pytest.approx(np.hypot(0.01, np.std(apart[:6], ddof=1) / np.sqrt(6)))
+    assert unc[9] == 0.01
+    few, _ = lowest_rows(told, np.isfinite(apart) & (np.arange(10) > 2), air)
+    assert few[6] == 106.0

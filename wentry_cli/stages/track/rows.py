@@ -13,6 +13,7 @@ from wentry_cli.tracking.tilt import identified_tilt
 
 SEPARATION_WINDOW = 2
 STUCK, STUCK_PX, STUCK_DEFORMED_PX, NEARBY = 4.0, 0.03, 0.1, 7
+FEWEST_APART = 5
 MUCH_LESS_SURE, SURE_PX, SURER, CROWDED = 5.0, 0.1, 0.5, 0.3
 FIT_COLUMNS = {
     "center_x_px": "center_x_px",
@@ -82,6 +83,24 @@ def local_bottom_unc(columns: dict[str, Any], doubt_px: float) -> NDArray[np.flo
     apart = columns["bottom_local_y_px"] - columns["bottom_y_px"]
     beyond = np.sqrt(np.maximum(apart**2 - local**2 - outline**2, 0.0))
     return np.asarray(np.where(columns["gated_fraction"] > CROWDED, np.hypot(local, beyond), local))
+
+
+def lowest_rows(
+    columns: dict[str, Any], use_local: NDArray[np.bool_], air: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The lowest point of each frame, px, and its uncertainty: that of the bottom alone, else that of the outline.
+
+    In ``air`` a sphere does not change its shape, so neither does what its outline lies off its bottom: where the
+    outline goes on for the bottom it takes that along, or the step between the two would be taken for a velocity.
+    """
+    local, outline = columns["bottom_local_y_px"], columns["bottom_y_px"]
+    unc = columns["bottom_y_px_unc"]
+    apart = (local - outline)[use_local & air]
+    if apart.size >= FEWEST_APART:
+        error = float(np.std(apart, ddof=1)) / np.sqrt(apart.size)
+        outline = np.where(air, outline + float(np.median(apart)), outline)
+        unc = np.where(air, np.hypot(unc, error), unc)
+    return np.where(use_local, local, outline), np.where(use_local, columns["bottom_local_y_px_unc"], unc)
 
 
 def contradicted_bottom(columns: dict[str, Any], *, deforms: bool) -> NDArray[np.bool_]:

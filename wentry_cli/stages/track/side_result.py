@@ -13,7 +13,13 @@ from wentry_cli.imaging.free_surface import SurfaceRow
 from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.stages.track.axis import NO_AXIS, OpticalAxis
 from wentry_cli.stages.track.exposure import exposure_frames
-from wentry_cli.stages.track.rows import blurred_stretch, local_bottom_holds, local_bottom_unc, side_columns
+from wentry_cli.stages.track.rows import (
+    blurred_stretch,
+    local_bottom_holds,
+    local_bottom_unc,
+    lowest_rows,
+    side_columns,
+)
 from wentry_cli.stages.track.scales import Scales, height_unc
 from wentry_cli.tables import vouched
 from wentry_cli.tracking.impact import Impact
@@ -84,11 +90,9 @@ def in_metres(
     use_local = local_bottom_holds(columns, check.bottom_offset_px, deforms=drop.experiment.deformable)
     columns["bottom_local_y_px_unc"] = local_bottom_unc(columns, check.bottom_offset_px)
     columns["bottom_y_px_unc"] = np.hypot(columns["bottom_y_px_unc"], check.bottom_offset_px)
-    local = columns["bottom_local_y_px"]
-    bottom = np.where(use_local, local, columns["bottom_y_px"])
-    unc = np.where(use_local, columns["bottom_local_y_px_unc"], columns["bottom_y_px_unc"])
     wet = np.zeros(clip.count, dtype=bool)
     wet[[item.frame for item in sightings if item.wet]] = True
+    bottom, unc = lowest_rows(columns, use_local, ~wet)
     columns["y_b_m"] = pixel_to_metre(0.0, bottom, pixels, wet)[1]
     zero = (surface.y_px, surface.unc_px), (axis.y_px, axis.unc_px)
     columns["y_b_m_unc"] = height_unc((bottom, unc), scales, *zero, wet)
