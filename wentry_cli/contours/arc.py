@@ -47,14 +47,12 @@ def quadrant_table(a: float, b: float, step_px: float, step_angle: float) -> tup
 
 
 @compiled
-def sector_of(cosine: float, sine: float, count: int, table: Floats) -> int:
-    """Index of the sector that holds the direction (cosine, sine) of the eccentric angle, up to scale."""
-    across, along = abs(cosine), abs(sine)
-    node = int(QUADRANT_NODES * along / (across + along + 1e-300))
-    local = min(int(table[node]), count - 1)
-    if sine >= 0.0:
-        return local if cosine >= 0.0 else 2 * count - 1 - local
-    return 2 * count + local if cosine < 0.0 else 4 * count - 1 - local
+def sector_at(share: float, right: bool, below: bool, count: int, table: Floats) -> int:
+    """Index of the sector that holds the pseudo-angle ``share`` (see `quadrant_table`) of one of the four quadrants."""
+    local = min(int(table[int(QUADRANT_NODES * share)]), count - 1)
+    if below:
+        return local if right else 2 * count - 1 - local
+    return 4 * count - 1 - local if right else 2 * count + local
 
 
 @compiled

@@ -42,85 +42,119 @@ TABLE_SCALE = (len(_NODES) - 1) / (2.0 * REACH)
 def look_up(scaled: float) -> tuple[float, float]:
     """Integral and density of the normal distribution, from tables with linear interpolation (error 1e-5)."""
     place = (min(REACH - 1e-6, max(-REACH, scaled)) + REACH) * TABLE_SCALE
-    node = int(place)
-    share = place - node
-    step = STEP_TABLE[node] + share * (STEP_TABLE[node + 1] - STEP_TABLE[node])
-    return step, LINE_TABLE[node] + share * (LINE_TABLE[node + 1] - LINE_TABLE[node])
+    node = np.uint32(place)  # an index that cannot be negative needs no branch
+    share, after = place - node, node + np.uint32(1)
+    step = STEP_TABLE[node] + share * (STEP_TABLE[after] - STEP_TABLE[node])
+    return step, LINE_TABLE[node] + share * (LINE_TABLE[after] - LINE_TABLE[node])
 
 
 @compiled
-def accumulate(pixels: Floats, sectors: Ints, state: Floats, noise: Floats, ceiling: float, sums: Floats) -> None:
-    """Fill ``sums`` (sectors, SUMS) from all pixels of the band.
+def expect(distance: Floats, part: Floats, by_edge: Floats, by_out: Floats, by_blur: Floats, model: Floats) -> None:
+    """Fill in what the pixels of a sector should show, and its derivatives.
+
+    ``part`` is the state of the sector. Free of branches in the loop, which the compiler turns into vector
+    instructions.
+    """
+    offset, inv_s, smear = part[OFFSET], part[INV_S], part[SMEAR]
+    inside, outside, gradient = part[INSIDE], part[OUTSIDE], part[GRADIENT]
+    for n in range(distance.size):
+        scaled = (distance[n] + offset) * inv_s
+        step, line = look_up(scaled)
+        tilted = line * scaled
+        if smear > 0.0:
+            before, line_before = look_up(scaled - smear)
+            after, line_after = look_up(scaled + smear)
+            step = (8.0 * step + 5.0 * (before + after)) / 18.0
+            line = (8.0 * line + 5.0 * (line_before + line_after)) / 18.0
+            tilted = 8.0 * tilted + 5.0 * (scaled - smear) * line_before
+            tilted = (tilted + 5.0 * (scaled + smear) * line_after) / 18.0
+        contrast = outside + gradient * distance[n] - inside
+        model[n] = inside + contrast * step
+        by_edge[n] = -contrast * line * inv_s
+        by_out[n] = step
+        by_blur[n] = -contrast * (tilted * part[RATIO] - line * part[KAPPA_S])
+
+
+@compiled
+def add_up(row: Floats, weight: Floats, by_edge: Floats, by_out: Floats, by_blur: Floats, rest: Floats) -> None:
+    """Fill the sums ``row`` of one sector."""
+    dd = di = ii = do = io = oo = ds = inner_s = outer_s = ss = gd = gi = go = gs = chi2 = 0.0
+    count_in = square_in = count_out = square_out = 0.0
+    for n in range(rest.size):
+        off, step = rest[n], by_out[n]
+        by_in = 1.0 - step
+        edge, inside, outside = weight[n] * by_edge[n], weight[n] * by_in, weight[n] * step
+        blur = weight[n] * by_blur[n]
+        dd += edge * by_edge[n]
+        di += edge * by_in
+        ii += inside * by_in
+        do += edge * step
+        io += inside * step
+        oo += outside * step
+        ds += edge * by_blur[n]
+        inner_s += inside * by_blur[n]
+        outer_s += outside * by_blur[n]
+        ss += blur * by_blur[n]
+        gd += edge * off
+        gi += inside * off
+        go += outside * off
+        gs += blur * off
+        chi2 += weight[n] * off * off
+        if step < PLATEAU:
+            count_in += 1.0
+            square_in += off * off
+        elif step > 1.0 - PLATEAU:
+            count_out += 1.0
+            square_out += off * off
+    row[DD], row[DI], row[II], row[DO], row[IO], row[OO] = dd, di, ii, do, io, oo
+    row[DS], row[IS], row[OS], row[SS] = ds, inner_s, outer_s, ss
+    row[GD], row[GI], row[GO], row[GS] = gd, gi, go, gs
+    row[COUNT], row[CHI2] = float(rest.size), chi2
+    row[COUNT_IN], row[SQUARE_IN], row[COUNT_OUT], row[SQUARE_OUT] = count_in, square_in, count_out, square_out
+
+
+@compiled
+def accumulate(pixels: Floats, starts: Ints, state: Floats, noise: Floats, ceiling: float, sums: Floats) -> None:
+    """Fill ``sums`` (sectors, SUMS) from all pixels of the band, which lie sector by sector from ``starts`` on.
 
     ``noise`` holds the variances of a pixel inside and outside. What is brighter than ``ceiling`` counts as that
     bright: a clipped ground is as bright as the sensor says.
     """
-    sums[:] = 0.0
     spread = noise[1] - noise[0]
-    for n in range(pixels.shape[0]):
-        k = sectors[n]
-        distance, level = pixels[n, 0], pixels[n, 1]
-        part = state[k]
-        scaled = (distance + part[OFFSET]) * part[INV_S]
-        step, line = look_up(scaled)
-        tilted = line * scaled
-        if part[SMEAR] > 0.0:
-            before, line_before = look_up(scaled - part[SMEAR])
-            after, line_after = look_up(scaled + part[SMEAR])
-            step = (8.0 * step + 5.0 * (before + after)) / 18.0
-            line = (8.0 * line + 5.0 * (line_before + line_after)) / 18.0
-            tilted = 8.0 * tilted + 5.0 * (scaled - part[SMEAR]) * line_before
-            tilted = (tilted + 5.0 * (scaled + part[SMEAR]) * line_after) / 18.0
-        contrast = part[OUTSIDE] + part[GRADIENT] * distance - part[INSIDE]
-        model = part[INSIDE] + contrast * step
-        rest = min(level, ceiling) - model
-        weight = 1.0 / (noise[0] + spread * step)
-        by_edge = -contrast * line * part[INV_S]
-        by_in, by_out = 1.0 - step, step
-        by_blur = -contrast * (tilted * part[RATIO] - line * part[KAPPA_S])
-        row = sums[k]
-        edge, inside, outside, blur = weight * by_edge, weight * by_in, weight * by_out, weight * by_blur
-        row[DD] += edge * by_edge
-        row[DI] += edge * by_in
-        row[II] += inside * by_in
-        row[DO] += edge * by_out
-        row[IO] += inside * by_out
-        row[OO] += outside * by_out
-        row[DS] += edge * by_blur
-        row[IS] += inside * by_blur
-        row[OS] += outside * by_blur
-        row[SS] += blur * by_blur
-        row[GD] += edge * rest
-        row[GI] += inside * rest
-        row[GO] += outside * rest
-        row[GS] += blur * rest
-        row[COUNT] += 1.0
-        row[CHI2] += weight * rest * rest
-        if step < PLATEAU:
-            row[COUNT_IN] += 1.0
-            row[SQUARE_IN] += rest * rest
-        elif step > 1.0 - PLATEAU:
-            row[COUNT_OUT] += 1.0
-            row[SQUARE_OUT] += rest * rest
+    longest = 0
+    for k in range(starts.size - 1):
+        longest = max(longest, starts[k + 1] - starts[k])
+    room = np.empty((6, longest))
+    for k in range(starts.size - 1):
+        number = starts[k + 1] - starts[k]
+        if number == 0:
+            sums[k] = 0.0
+            continue
+        distance, level = pixels[0, starts[k] : starts[k + 1]], pixels[1, starts[k] : starts[k + 1]]
+        by_edge, by_out, by_blur = room[0, :number], room[1, :number], room[2, :number]
+        model, weight, rest = room[3, :number], room[4, :number], room[5, :number]
+        expect(distance, state[k], by_edge, by_out, by_blur, model)
+        for n in range(number):
+            rest[n] = min(level[n], ceiling) - model[n]
+            weight[n] = 1.0 / (noise[0] + spread * by_out[n])
+        add_up(sums[k], weight, by_edge, by_out, by_blur, rest)
 
 
 @compiled
-def first_levels(pixels: Floats, sectors: Ints, count: int) -> tuple[float, float]:
+def first_levels(pixels: Floats, starts: Ints) -> tuple[float, float]:
     """Median over the sectors of the mean level well inside and well outside; NaN where no sector has one."""
-    totals = np.zeros((count, 4))
-    for n in range(pixels.shape[0]):
-        k = sectors[n]
-        if pixels[n, 0] < -2.0:
-            totals[k, 0] += pixels[n, 1]
-            totals[k, 1] += 1.0
-        elif pixels[n, 0] > 2.0:
-            totals[k, 2] += pixels[n, 1]
-            totals[k, 3] += 1.0
-    levels = np.empty((2, count))
+    levels = np.empty((2, starts.size - 1))
     found = np.zeros(2, dtype=np.int64)
-    for k in range(count):
+    totals, counts = np.empty(2), np.empty(2)
+    for k in range(starts.size - 1):
+        totals[:], counts[:] = 0.0, 0.0
+        for n in range(starts[k], starts[k + 1]):
+            if abs(pixels[0, n]) > 2.0:
+                side = 1 if pixels[0, n] > 0.0 else 0
+                totals[side] += pixels[1, n]
+                counts[side] += 1.0
         for side in range(2):
-            if totals[k, 2 * side + 1] > 2.0:
-                levels[side, found[side]] = totals[k, 2 * side] / totals[k, 2 * side + 1]
+            if counts[side] > 2.0:
+                levels[side, found[side]] = totals[side] / counts[side]
                 found[side] += 1
     return median_of(levels[0], found[0]), median_of(levels[1], found[1])

@@ -98,29 +98,28 @@ def cap_band(band: Band, place: Floats) -> Band:
     for k in range(rows.shape[0]):
         for i in range(5):
             rows[k, J + i] = 0.0 if math.isnan(place[k]) else place[k] ** i
-    kept = 0
-    pixels, sectors = np.empty_like(band.pixels), np.empty_like(band.sectors)
-    for n in range(band.sectors.size):
-        if not math.isnan(place[band.sectors[n]]):
-            pixels[kept] = band.pixels[n]
-            sectors[kept] = band.sectors[n]
-            kept += 1
-    return Band(pixels[:kept], sectors[:kept], rows, band.scene, band.settings)
+    starts = np.zeros_like(band.starts)
+    for k in range(place.size):
+        number = 0 if math.isnan(place[k]) else band.starts[k + 1] - band.starts[k]
+        starts[k + 1] = starts[k] + number
+    pixels = np.empty((2, starts[place.size]))
+    for k in range(place.size):
+        for n in range(starts[k + 1] - starts[k]):
+            pixels[0, starts[k] + n] = band.pixels[0, band.starts[k] + n]
+            pixels[1, starts[k] + n] = band.pixels[1, band.starts[k] + n]
+    return Band(pixels, starts, rows, band.scene, band.settings)
 
 
 @compiled
-def share_seen(sectors: NDArray[np.int64], place: Floats) -> float:
+def share_seen(starts: NDArray[np.int64], place: Floats) -> float:
     """Share of the sectors of the cap that hold most of the pixels that the fullest of them holds."""
-    counts = np.zeros(place.size)
-    for n in range(sectors.size):
-        counts[sectors[n]] += 1.0
-    fullest, full, total = 0.0, 0, 0
+    fullest, full, total = 0, 0, 0
     for k in range(place.size):
-        fullest = max(fullest, counts[k])
+        fullest = max(fullest, starts[k + 1] - starts[k])
     for k in range(place.size):
         if not math.isnan(place[k]):
             total += 1
-            full += 1 if counts[k] > LEAST_SEEN * fullest else 0
+            full += 1 if starts[k + 1] - starts[k] > LEAST_SEEN * fullest else 0
     return full / max(1, total)
 
 
@@ -161,7 +160,7 @@ def refine_bottom(
     place, lowest, depth = cap_rows(shape, sector_angles(count, table), half_angle)
     settings[0] = shape[1] + depth * math.cos(half_angle) - 2.0 * HALF_PX
     cap = cap_band(gather_band(values, shape, settings, 1.0 if masked else math.nan), place)
-    if share_seen(cap.sectors, place) < LEAST_SEEN:
+    if share_seen(cap.starts, place) < LEAST_SEEN:
         return nan, nan, nan, nan, OUT_OF_FRAME
     belief = first_belief(cap)
     if math.isnan(belief.nuisance[LEVEL_IN]):

@@ -52,14 +52,14 @@ SINGULAR, LOST = 1.0, 2.0
 
 
 class Band(NamedTuple):
-    """Pixels about the outline, the sectors they fall into, and what the scene is like.
+    """Pixels about the outline, sector by sector, where each sector starts, and what the scene is like.
 
     ``scene`` holds centre (x, y), radius and motion (x, y); ``settings`` the top row, the motion (x, y), the ceiling
     and 1 where outliers lie outside only.
     """
 
     pixels: Floats
-    sectors: Ints
+    starts: Ints
     rows: Floats
     scene: Floats
     settings: Floats
@@ -112,16 +112,16 @@ def gather_band(values: NDArray[np.float32], shape: Floats, settings: Floats, ma
     rows = arc_geometry(shape, sector_angles(count, table))
     motion = 0.5 * math.hypot(settings[1], settings[2])
     limits = np.array([min(HALF_PX + motion, 0.5 * min(a, b)), HALF_PX + motion, settings[0], masked])
-    pixels, sectors, _ = collect_band(values, shape, count, table, limits)
+    pixels, starts, _ = collect_band(values, shape, count, table, limits)
     scene = np.array([shape[0], shape[1], shape[2], settings[1], settings[2]])
-    return Band(pixels, sectors, rows, scene, settings)
+    return Band(pixels, starts, rows, scene, settings)
 
 
 @compiled
 def first_belief(band: Band) -> Belief:
     """Levels from the pixels away from the edge; the level inside is NaN where no sector has any."""
     nuisance = np.zeros(NUISANCES)
-    low, high = first_levels(band.pixels, band.sectors, band.rows.shape[0])
+    low, high = first_levels(band.pixels, band.starts)
     nuisance[LEVEL_IN], nuisance[LEVEL_OUT] = low, 1.0 if math.isnan(high) else high
     nuisance[LN_S] = PRIOR_LN_S
     prior = priors(nuisance, band.scene[2], band.settings[3])
@@ -147,7 +147,7 @@ def solve_band(band: Band, belief: Belief, free: Ints, patience: int) -> tuple[F
         fresh = belief.noise[1] == 0.0
         if fresh:
             belief.noise[:] = 1.0
-        accumulate(band.pixels, band.sectors, state, belief.noise, band.settings[3], sums)
+        accumulate(band.pixels, band.starts, state, belief.noise, band.settings[3], sums)
         if fresh:
             weigh_noise(sums, verdict, belief.noise)
         level_spread(sums, belief.spread)
@@ -177,7 +177,7 @@ def refine_shape(
     nothing = np.zeros((free.size, free.size))
     masked = math.nan
     band = gather_band(values, shape, settings, masked)
-    if math.isnan(first_levels(band.pixels, band.sectors, band.rows.shape[0])[1]):
+    if math.isnan(first_levels(band.pixels, band.starts)[1]):
         # no light was left outside of the edge: it was clipped and masked, so it is at least the ground's 1
         masked = 1.0
         band = gather_band(values, shape, settings, masked)

@@ -215,9 +215,12 @@ def assemble(
     size = free.size
     total = size + NUISANCES
     normal, right = np.zeros((total, total)), np.zeros(total)
-    local = np.empty(14)
-    chain = np.zeros((4, total))
-    matrix = np.empty((4, 4))
+    local, matrix = np.empty(14), np.empty((4, 4))
+    # each parameter moves one of what the sums are over (displacement, inside, outside, ln s), by so much
+    moves, slope = np.zeros(total, dtype=np.int64), np.ones(total)
+    moves[size + LEVEL_IN] = 1
+    moves[size + LEVEL_OUT] = moves[size + SLOPE_X] = moves[size + SLOPE_Y] = 2
+    moves[size + LN_S] = 3
     for k in range(sums.shape[0]):
         weight = verdict[k, WEIGHT]
         if weight <= 0.0:
@@ -229,22 +232,14 @@ def assemble(
                 matrix[i, j] = matrix[j, i] = local[index]
                 index += 1
         for j in range(size):
-            chain[0, j] = rows[k, J + free[j]]
-        chain[1, size + LEVEL_IN] = 1.0
-        chain[2, size + LEVEL_OUT] = 1.0
-        chain[2, size + SLOPE_X] = (rows[k, X] - scene[0]) / scene[2]
-        chain[2, size + SLOPE_Y] = (rows[k, Y] - scene[1]) / scene[2]
-        chain[3, size + LN_S] = 1.0
+            slope[j] = rows[k, J + free[j]]
+        slope[size + SLOPE_X] = (rows[k, X] - scene[0]) / scene[2]
+        slope[size + SLOPE_Y] = (rows[k, Y] - scene[1]) / scene[2]
         for j in range(total):
-            for m in range(4):
-                if chain[m, j] == 0.0:
-                    continue
-                scaled = weight * chain[m, j]
-                right[j] += scaled * local[GD + m]
-                for n in range(4):
-                    product = scaled * matrix[m, n]
-                    for i in range(j + 1):
-                        normal[j, i] += product * chain[n, i]
+            scaled = weight * slope[j]
+            right[j] += scaled * local[GD + moves[j]]
+            for i in range(j + 1):
+                normal[j, i] += scaled * matrix[moves[j], moves[i]] * slope[i]
     for i in range(total):
         for j in range(i):
             normal[j, i] = normal[i, j]
