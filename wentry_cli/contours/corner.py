@@ -66,24 +66,6 @@ def slanted_rays(length: Floats, path: Floats, found: int) -> Floats:
 
 
 @compiled
-def wall_points(values: NDArray[np.float32], rays: Floats, strong: float) -> Floats:
-    """The outermost strong edge on each ray, rows of (x, y)."""
-    at, height, _ = edge_candidates(values, rays, HALF_PX, STEP_PX, 1)
-    points = np.empty((rays.shape[0], 2))
-    number = 0
-    for k in range(rays.shape[0]):
-        outer = math.nan
-        for slot in range(CANDIDATES):
-            if height[k, slot] >= strong and not outer >= at[k, slot]:
-                outer = at[k, slot]
-        if not math.isnan(outer):
-            points[number, 0] = rays[k, 0] + outer * rays[k, 2]
-            points[number, 1] = rays[k, 1] + outer * rays[k, 3]
-            number += 1
-    return points[:number]
-
-
-@compiled
 def off_ellipse(shape: Floats, x: float, y: float) -> float:
     """Signed distance of a point from the outline, px."""
     a, b = semi_axes(shape)
@@ -97,13 +79,32 @@ def off_ellipse(shape: Floats, x: float, y: float) -> float:
 
 
 @compiled
-def choose_points(shape: Floats, points: Floats, base: float, corner: Floats, far: float) -> Floats:
+def wall_points(values: NDArray[np.float32], shape: Floats, rays: Floats, strong: float) -> Floats:
+    """The outermost strong edge on each ray, rows of (x, y, how far off the outline of ``shape``)."""
+    at, height, _ = edge_candidates(values, rays, HALF_PX, STEP_PX, 1)
+    points = np.empty((rays.shape[0], 3))
+    number = 0
+    for k in range(rays.shape[0]):
+        outer = math.nan
+        for slot in range(CANDIDATES):
+            if height[k, slot] >= strong and not outer >= at[k, slot]:
+                outer = at[k, slot]
+        if not math.isnan(outer):
+            points[number, 0] = rays[k, 0] + outer * rays[k, 2]
+            points[number, 1] = rays[k, 1] + outer * rays[k, 3]
+            points[number, 2] = off_ellipse(shape, points[number, 0], points[number, 1])
+            number += 1
+    return points[:number]
+
+
+@compiled
+def choose_points(points: Floats, base: float, corner: Floats, far: float) -> Floats:
     """The points of the wall that lie clear of the corner and of the sphere."""
     kept = np.empty_like(points)
     number = 0
     for k in range(points.shape[0]):
         away = math.hypot(points[k, 0] - corner[0], points[k, 1] - corner[1])
-        if NEAR_PX < away < far and off_ellipse(shape, points[k, 0], points[k, 1]) - base > LEAST_OFF_PX:
+        if NEAR_PX < away < far and points[k, 2] - base > LEAST_OFF_PX:
             kept[number] = points[k]
             number += 1
     return kept[:number]
@@ -187,7 +188,7 @@ def filling(shape: Floats, points: Floats, base: float, corner: Floats, along: F
             continue
         u, v = dx * along[0] + dy * along[1], dy * along[0] - dx * along[1]
         aside = abs(v - wall[0] - wall[1] * u - 0.5 * wall[2] * u * u)
-        deepest = max(deepest, min(aside, off_ellipse(shape, points[k, 0], points[k, 1]) - base))
+        deepest = max(deepest, min(aside, points[k, 2] - base))
     return float(max(0.0, deepest - 1.1 * sharp - POINT_PX))
 
 
@@ -201,7 +202,7 @@ def carry_back(
     """
     nan = math.nan
     for turn in range(TURNS):
-        kept = choose_points(shape, points, base[0], corner, far)
+        kept = choose_points(points, base[0], corner, far)
         if kept.shape[0] < LEAST_POINTS:
             return nan, nan, nan
         along, wall, covariance, residual = fit_wall(kept, corner, BENT / shape[2])
@@ -243,7 +244,7 @@ def find_corner(
         return math.nan, math.nan, TOO_SHORT
     middle, scatter, number = base_below(length, off, found)
     base = (middle, math.hypot(BASE_UNC_PX, scatter / math.sqrt(max(1, number))), scatter)
-    points = wall_points(values, slanted_rays(length, path, found), strong)
+    points = wall_points(values, shape, slanted_rays(length, path, found), strong)
     corner = np.array([path[found, X], path[found, Y]])
     row, unc, residual = carry_back(shape, points, base, corner, FIRST_FAR_PX)
     wider = np.array([path[found, X], path[found, Y]])

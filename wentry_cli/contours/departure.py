@@ -57,7 +57,7 @@ class Waves:
 def measure_departure(patch: Patch, fit: SilhouetteFit) -> Waves:
     """Waves of one whole outline about its fitted ellipse; none where a part of it is not seen or not smooth."""
     values = np.ascontiguousarray(patch.values, dtype=np.float32)
-    shape = fit.shape.vector() - np.array([patch.x0, patch.y0, 0.0, 0.0, 0.0])
+    shape = fit.shape.vector(patch.x0, patch.y0)
     phi: Floats = (np.arange(RAYS, dtype=np.float64) + 0.5) * (2.0 * math.pi / RAYS)
     rays = arc_geometry(shape, phi)
     at, _, _ = edge_candidates(values, rays, SEARCH_PX, STEP_PX, LINES)

@@ -15,17 +15,7 @@ from numpy.typing import NDArray
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.arc import NX, NY, J, X, Y
 from wentry_cli.contours.normal_equations import substitute
-from wentry_cli.contours.sectors import (
-    LEVEL_IN,
-    LEVEL_OUT,
-    LN_S,
-    MOVED,
-    SLOPE_X,
-    SLOPE_Y,
-    VARIANCE,
-    WEIGHT,
-    marginalise,
-)
+from wentry_cli.contours.sectors import LEVEL_IN, LEVEL_OUT, LN_S, LOCAL, MOVED, SLOPE_X, SLOPE_Y, VARIANCE, WEIGHT
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -69,18 +59,14 @@ def excess_variance(verdict: Floats, size: int) -> float:
 
 
 @compiled
-def pull_of_sectors(
-    sums: Floats, verdict: Floats, rows: Floats, free: Ints, scene: Floats, spread: Floats, total: int
-) -> Floats:
+def pull_of_sectors(verdict: Floats, rows: Floats, free: Ints, scene: Floats, total: int) -> Floats:
     """Right-hand side of the global equations per pixel of displacement of each sector (sectors, total)."""
     size = free.size
-    pull = np.zeros((sums.shape[0], total))
-    local = np.empty(14)
-    for k in range(sums.shape[0]):
-        weight = verdict[k, WEIGHT]
+    pull = np.zeros((rows.shape[0], total))
+    for k in range(rows.shape[0]):
+        weight, local = verdict[k, WEIGHT], verdict[k, LOCAL:]
         if weight <= 0.0:
             continue
-        marginalise(sums[k], spread, local)
         for j in range(size):
             pull[k, j] = weight * local[CROSS[0]] * rows[k, J + free[j]]
         outside = weight * local[CROSS[2]]

@@ -41,9 +41,13 @@ class EllipseShape:
         tilt = math.radians(self.tilt_deg)
         return self.y + math.hypot(self.semi_across * math.sin(tilt), self.semi_along * math.cos(tilt))
 
-    def vector(self) -> NDArray[np.float64]:
-        """The parameters in the order of ``PARAMETERS``, tilt in radians."""
-        return np.array([self.x, self.y, self.radius, self.stretch, math.radians(self.tilt_deg)])
+    def vector(self, x0: float = 0.0, y0: float = 0.0, departure: tuple[float, ...] = ()) -> NDArray[np.float64]:
+        """The parameters in the order of ``PARAMETERS``, tilt in radians, and a known ``departure`` behind them.
+
+        ``x0``, ``y0`` is the corner of the patch that the centre is counted from.
+        """
+        tilt = math.radians(self.tilt_deg)
+        return np.array([self.x - x0, self.y - y0, self.radius, self.stretch, tilt, *departure])
 
 
 @dataclass(frozen=True)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.compiled import compiled
 from wentry_cli.contours.clipped import is_clipped, shift_covariance
 from wentry_cli.contours.ellipse import PARAMETERS, EllipseShape, SilhouetteFit, bottom_gradient
 from wentry_cli.contours.refine import ARC, BLUR, GATED, RESIDUAL, refine_shape
@@ -65,9 +67,16 @@ def unmeasured(arc: float, gated: float, status: str) -> SilhouetteFit:
 
 
 def assemble_fit(
-    shape: EllipseShape, covariance: NDArray[np.float64], quality: dict[str, float], status: str
+    shape: EllipseShape,
+    covariance: NDArray[np.float64],
+    quality: dict[str, float],
+    status: str,
+    turn: tuple[float, float] = (math.nan, math.nan),
 ) -> SilhouetteFit:
-    """Gather a result; ``covariance`` is 5 x 5 with zero rows where a parameter was held."""
+    """Gather a result; ``covariance`` is 5 x 5 with zero rows where a parameter was held.
+
+    ``turn`` is the step to the tilt that the outline asks for, and its uncertainty, rad.
+    """
     unc = [math.sqrt(variance) if variance > 0.0 else math.nan for variance in covariance.diagonal().tolist()]
     gradient = bottom_gradient(shape)
     return SilhouetteFit(
@@ -89,7 +98,33 @@ def assemble_fit(
         gated_fraction=quality["gated"],
         residual_rms_px=quality["residual"],
         status=status,
+        seen_tilt_deg=shape.tilt_deg + math.degrees(turn[0]),
+        seen_tilt_unc_deg=math.degrees(turn[1]),
     )
+
+
+@cache
+def indices_of(free: tuple[str, ...]) -> NDArray[np.int64]:
+    """Where the free parameters stand in PARAMETERS; read only."""
+    return np.array([PARAMETERS.index(name) for name in free])
+
+
+@compiled
+def whole_covariance(
+    found: NDArray[np.float64], free: NDArray[np.int64], turn: NDArray[np.float64], tilt_unc: float
+) -> NDArray[np.float64]:
+    """Covariance of all five parameters, from that of the free ones and what a tilt known to ``tilt_unc`` (rad) does.
+
+    ``turn`` as in `turning`.
+    """
+    covariance = np.zeros((5, 5))
+    for i in range(free.size):
+        for j in range(free.size):
+            covariance[free[i], free[j]] = found[i, j]
+    for i in range(5):
+        for j in range(5):
+            covariance[i, j] += turn[ANSWER + i] * turn[ANSWER + j] * tilt_unc**2
+    return covariance
 
 
 def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> SilhouetteFit:
@@ -97,9 +132,8 @@ def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> Silhoue
     if request.level not in LEVELS:
         raise ValueError(f"level is one of {', '.join(LEVELS)}, not {request.level!r}")
     values = np.ascontiguousarray(patch.values, dtype=np.float32)
-    vector = guess.vector() - np.array([patch.x0, patch.y0, 0.0, 0.0, 0.0])
-    vector = np.concatenate([vector, request.departure])
-    free = np.array([PARAMETERS.index(name) for name in request.free])
+    vector = guess.vector(patch.x0, patch.y0, request.departure)
+    free = indices_of(request.free)
     top = request.top_y_px - patch.y0
     scans = 3.0 if request.level == "fast" else 2.0
     search = np.array([SEARCH_PX, float(request.one_sided), RAYS, SCAN_VARIANCE, scans, *request.motion_px])
@@ -119,19 +153,10 @@ def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> Silhoue
         scanned = scanned + shift_covariance(vector, free, top)
     x, y, radius, stretch, tilt = vector[:5].tolist()
     shape = EllipseShape(x + patch.x0, y + patch.y0, radius, stretch, math.degrees(tilt))
-    covariance = np.zeros((5, 5))
-    covariance[np.ix_(free, free)] = scanned
-    status = fit_status(covariance, quality, request)
-    if "tilt" in request.free:
-        return with_turn(assemble_fit(shape, covariance, quality, status), 0.0, math.sqrt(covariance[4, 4]))
-    covariance += np.outer(turn[ANSWER:], turn[ANSWER:]) * math.radians(request.tilt_unc_deg) ** 2
-    return with_turn(assemble_fit(shape, covariance, quality, status), turn[STEP], turn[UNC])
-
-
-def with_turn(fit: SilhouetteFit, step: float, unc: float) -> SilhouetteFit:
-    """The fit with the tilt that its outline asks for: a step from its own tilt and the uncertainty, rad."""
-    seen = fit.tilt_deg + math.degrees(step)
-    return replace(fit, seen_tilt_deg=seen, seen_tilt_unc_deg=math.degrees(unc))
+    status = fit_status(scanned, quality, request)
+    covariance = whole_covariance(scanned, free, turn, math.radians(request.tilt_unc_deg))
+    known = (0.0, math.sqrt(covariance[4, 4])) if "tilt" in request.free else (turn[STEP], turn[UNC])
+    return assemble_fit(shape, covariance, quality, status, known)
 
 
 def scan_status(report: NDArray[np.float64], request: FitRequest) -> str:
@@ -148,7 +173,7 @@ def scan_status(report: NDArray[np.float64], request: FitRequest) -> str:
 
 def fit_status(covariance: NDArray[np.float64], quality: dict[str, float], request: FitRequest) -> str:
     """``ok`` only where the outline agrees with itself."""
-    if not np.all(np.isfinite(covariance)) or quality["residual"] > MOST_RESIDUAL_PX:
+    if not math.isfinite(covariance.sum()) or quality["residual"] > MOST_RESIDUAL_PX:
         return "poor_fit"
     if quality["gated"] > HALF_GATED and quality["residual"] > MOST_RESIDUAL_GATED_PX:
         return "occluded"

@@ -13,7 +13,7 @@ from wentry_cli.contours.arc import J, farthest, quadrant_table, sector_angles, 
 from wentry_cli.contours.clipped import CLIPPED_PX, is_clipped
 from wentry_cli.contours.discrepancy import residual_statistics
 from wentry_cli.contours.ellipse import SilhouetteFit
-from wentry_cli.contours.likelihood import COUNT
+from wentry_cli.contours.likelihood import COUNT, first_levels
 from wentry_cli.contours.normal_equations import invert_block
 from wentry_cli.contours.refine import (
     HALF_PX,
@@ -24,7 +24,7 @@ from wentry_cli.contours.refine import (
     gather_band,
     solve_band,
 )
-from wentry_cli.contours.sectors import LEAST_PIXELS, LEVEL_IN, WEIGHT
+from wentry_cli.contours.sectors import LEAST_PIXELS, WEIGHT
 from wentry_cli.imaging.patch import Patch
 
 Floats = NDArray[np.float64]
@@ -65,7 +65,7 @@ def fit_local_bottom(
     if fit.status != "ok":
         return BottomFit(math.nan, math.nan, math.nan, math.nan, fit.status)
     values = np.ascontiguousarray(patch.values, dtype=np.float32)
-    shape = fit.shape.vector() - np.array([patch.x0, patch.y0, 0.0, 0.0, 0.0])
+    shape = fit.shape.vector(patch.x0, patch.y0)
     settings = np.array([-math.inf, *motion_px, patch.ceiling, 0.0])
     found = refine_bottom(values, shape, math.radians(half_angle_deg), settings, False)
     if found[4] != FOUND and np.isnan(values).any():
@@ -162,9 +162,10 @@ def refine_bottom(
     cap = cap_band(gather_band(values, shape, settings, 1.0 if masked else math.nan), place)
     if share_seen(cap.starts, place) < LEAST_SEEN:
         return nan, nan, nan, nan, OUT_OF_FRAME
-    belief = first_belief(cap)
-    if math.isnan(belief.nuisance[LEVEL_IN]):
+    low, high = first_levels(cap.pixels, cap.starts)
+    if math.isnan(low):
         return nan, nan, nan, nan, OUT_OF_FRAME
+    belief = first_belief(cap, low, high)
     belief.precision[3:] = 1.0 / (PRIOR_SHAPE * shape[2]) ** 2
     moved, factor, sums, verdict = solve_band(cap, belief, np.arange(5), 1)
     if factor.size == 0:

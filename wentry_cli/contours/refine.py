@@ -118,10 +118,9 @@ def gather_band(values: NDArray[np.float32], shape: Floats, settings: Floats, ma
 
 
 @compiled
-def first_belief(band: Band) -> Belief:
-    """Levels from the pixels away from the edge; the level inside is NaN where no sector has any."""
+def first_belief(band: Band, low: float, high: float) -> Belief:
+    """What is believed at first, with the levels ``low`` inside and ``high`` outside (NaN: that of the ground)."""
     nuisance = np.zeros(NUISANCES)
-    low, high = first_levels(band.pixels, band.starts)
     nuisance[LEVEL_IN], nuisance[LEVEL_OUT] = low, 1.0 if math.isnan(high) else high
     nuisance[LN_S] = PRIOR_LN_S
     prior = priors(nuisance, band.scene[2], band.settings[3])
@@ -152,7 +151,7 @@ def solve_band(band: Band, belief: Belief, free: Ints, patience: int) -> tuple[F
             weigh_noise(sums, verdict, belief.noise)
         level_spread(sums, belief.spread)
         judge(sums, belief.spread, band.scene[2], band.settings[4] > 0.0, turn < patience, verdict)
-        normal, right = assemble(sums, verdict, band.rows, free, band.scene, belief.spread)
+        normal, right = assemble(verdict, band.rows, free, band.scene)
         add_priors(normal, right, free, moved, belief)
         good, change = update(normal, right, free, band.rows, moved, belief.nuisance)
         if not good:
@@ -177,13 +176,15 @@ def refine_shape(
     nothing = np.zeros((free.size, free.size))
     masked = math.nan
     band = gather_band(values, shape, settings, masked)
-    if math.isnan(first_levels(band.pixels, band.starts)[1]):
+    low, high = first_levels(band.pixels, band.starts)
+    if math.isnan(high):
         # no light was left outside of the edge: it was clipped and masked, so it is at least the ground's 1
         masked = 1.0
         band = gather_band(values, shape, settings, masked)
-    belief = first_belief(band)
-    if math.isnan(belief.nuisance[LEVEL_IN]):
+        low, high = first_levels(band.pixels, band.starts)
+    if math.isnan(low):
         return nothing, report, no_turn()
+    belief = first_belief(band, low, high)
     moved, factor, sums, verdict = solve_band(band, belief, free, 0)
     for _ in range(COLLECTIONS):
         report[ARC], report[GATED] = arc_shares(band.rows, sums, verdict)
@@ -205,11 +206,12 @@ def refine_shape(
     report[BLUR] = math.exp(belief.nuisance[LN_S])
     report[IN], report[OUT] = belief.nuisance[LEVEL_IN], belief.nuisance[LEVEL_OUT]
     covariance = invert_block(factor, free.size, max(1.0, chi2))
-    pull = pull_of_sectors(sums, verdict, band.rows, free, band.scene, belief.spread, factor.shape[0])
     excess = excess_variance(verdict, free.size)
-    weight = verdict[:, WEIGHT].copy()
-    report[WAVES] = add_discrepancy(covariance, factor, pull, band.rows, weight, free, excess)
+    if excess > 0.0:
+        pull = pull_of_sectors(verdict, band.rows, free, band.scene, factor.shape[0])
+        weight = verdict[:, WEIGHT].copy()
+        report[WAVES] = add_discrepancy(covariance, factor, pull, band.rows, weight, free, excess)
     turn = no_turn()
     if wants_tilt(free):
-        turn = pixel_turn(sums, verdict, band.rows, band.scene, free, moved, belief)
+        turn = pixel_turn(verdict, band.rows, band.scene, free, moved, belief)
     return covariance, report, turn

@@ -38,8 +38,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 # Columns of the verdict on a sector: its own displacement of the edge and variance (px, px^2), its reduced chi
-# square, and its weight.
-MOVED, VARIANCE, QUALITY, WEIGHT, VERDICT = 0, 1, 2, 3, 4
+# square, its weight, and from LOCAL on its normal equations without its own levels (see `marginalise`).
+MOVED, VARIANCE, QUALITY, WEIGHT, LOCAL, VERDICT = 0, 1, 2, 3, 4, 18
 # Order of the nuisance parameters behind the free ones: levels, slope of the ground over a radius, ln s.
 LEVEL_IN, LEVEL_OUT, SLOPE_X, SLOPE_Y, LN_S, NUISANCES = 0, 1, 2, 3, 4, 5
 
@@ -164,10 +164,10 @@ def judge(sums: Floats, spread: Floats, radius: float, one_sided: bool, patient:
     """
     number = 0
     ratios, qualities = np.empty(sums.shape[0]), np.empty(sums.shape[0])
-    local = np.empty(14)
     for k in range(sums.shape[0]):
         verdict[k] = 0.0
         verdict[k, MOVED] = math.nan
+        local = verdict[k, LOCAL:]
         if sums[k, COUNT] < LEAST_PIXELS:
             continue
         gain = marginalise(sums[k], spread, local)
@@ -208,24 +208,21 @@ def judge(sums: Floats, spread: Floats, radius: float, one_sided: bool, patient:
 
 
 @compiled
-def assemble(
-    sums: Floats, verdict: Floats, rows: Floats, free: Ints, scene: Floats, spread: Floats
-) -> tuple[Floats, Floats]:
+def assemble(verdict: Floats, rows: Floats, free: Ints, scene: Floats) -> tuple[Floats, Floats]:
     """Weighted normal matrix and right-hand side over the free parameters and the nuisances."""
     size = free.size
     total = size + NUISANCES
     normal, right = np.zeros((total, total)), np.zeros(total)
-    local, matrix = np.empty(14), np.empty((4, 4))
+    matrix = np.empty((4, 4))
     # each parameter moves one of what the sums are over (displacement, inside, outside, ln s), by so much
     moves, slope = np.zeros(total, dtype=np.int64), np.ones(total)
     moves[size + LEVEL_IN] = 1
     moves[size + LEVEL_OUT] = moves[size + SLOPE_X] = moves[size + SLOPE_Y] = 2
     moves[size + LN_S] = 3
-    for k in range(sums.shape[0]):
-        weight = verdict[k, WEIGHT]
+    for k in range(rows.shape[0]):
+        weight, local = verdict[k, WEIGHT], verdict[k, LOCAL:]
         if weight <= 0.0:
             continue
-        marginalise(sums[k], spread, local)
         index = 0
         for i in range(4):
             for j in range(i + 1):
@@ -238,7 +235,10 @@ def assemble(
         for j in range(total):
             scaled = weight * slope[j]
             right[j] += scaled * local[GD + moves[j]]
-            for i in range(j + 1):
+            by_displacement = scaled * matrix[moves[j], 0]
+            for i in range(min(j + 1, size)):
+                normal[j, i] += by_displacement * slope[i]
+            for i in range(size, j + 1):
                 normal[j, i] += scaled * matrix[moves[j], moves[i]] * slope[i]
     for i in range(total):
         for j in range(i):

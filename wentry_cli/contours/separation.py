@@ -54,26 +54,25 @@ def find_separation(patch: Patch, fit: SilhouetteFit, *, departure: tuple[float,
     if fit.stretch > FLATTEST:
         return unseen("no_edge")
     values = np.ascontiguousarray(patch.values, dtype=np.float32)
-    shape = fit.shape.vector() - np.array([patch.x0, patch.y0, 0.0, 0.0, 0.0])
-    left, right = both_sides(values, np.concatenate([shape, departure]))
-    rows = np.array([left[0], right[0]]) + patch.y0
-    unc = np.hypot(np.array([left[1], right[1]]), LEAST_UNC_PX)
-    seen = unc < MOST_UNC_PX
-    if not seen.any():
+    left, right = both_sides(values, fit.shape.vector(patch.x0, patch.y0, departure))
+    rows = (left[0] + patch.y0, right[0] + patch.y0)
+    unc = (math.hypot(left[1], LEAST_UNC_PX), math.hypot(right[1], LEAST_UNC_PX))
+    seen = [side for side in range(2) if unc[side] < MOST_UNC_PX]
+    if not seen:
         return unseen("short_arc" if max(left[2], right[2]) == TOO_SHORT else "no_edge")
-    weight = 1.0 / unc[seen] ** 2
-    mean = float(np.sum(weight * rows[seen]) / np.sum(weight))
-    spread = math.sqrt(1.0 / float(np.sum(weight)))
-    if seen.all():
-        if abs(float(rows[0] - rows[1])) > MOST_DISAGREEMENT_PX:
+    weight = sum(1.0 / unc[side] ** 2 for side in seen)
+    mean = sum(rows[side] / unc[side] ** 2 for side in seen) / weight
+    spread = math.sqrt(1.0 / weight)
+    if len(seen) == 2:
+        if abs(rows[0] - rows[1]) > MOST_DISAGREEMENT_PX:
             return unseen("no_edge")
-        spread = max(spread, 0.5 * abs(float(rows[0] - rows[1])))
+        spread = max(spread, 0.5 * abs(rows[0] - rows[1]))
     else:
         leans = fit.shape.semi_across * math.sin(math.radians(fit.tilt_deg))
         spread = math.hypot(TRUST_SIDES * spread, leans)
         if spread > MOST_UNC_PX:
             return unseen("no_edge")
-    return SeparationFit(mean, spread, float(rows[0]), float(rows[1]), "ok")
+    return SeparationFit(mean, spread, rows[0], rows[1], "ok")
 
 
 def unseen(status: str) -> SeparationFit:

@@ -72,13 +72,11 @@ def turn_of(step: float, covariance: Floats, free: Ints) -> Floats:
 
 
 @compiled
-def pixel_turn(
-    sums: Floats, verdict: Floats, rows: Floats, scene: Floats, free: Ints, moved: Floats, belief: Belief
-) -> Floats:
-    """The turn of a fit to pixels, from its sums and its verdict on the sectors."""
+def pixel_turn(verdict: Floats, rows: Floats, scene: Floats, free: Ints, moved: Floats, belief: Belief) -> Floats:
+    """The turn of a fit to pixels, from its verdict on the sectors."""
     longer = with_tilt(free)
     size = longer.size
-    normal, right = assemble(sums, verdict, rows, longer, scene, belief.spread)
+    normal, right = assemble(verdict, rows, longer, scene)
     add_priors(normal, right, longer, moved, belief)
     if not factorise(normal):
         return no_turn()
@@ -91,7 +89,7 @@ def pixel_turn(
     covariance = invert_block(normal, size, max(1.0, chi2))
     excess = excess_variance(after, size)
     if excess > 0.0:
-        pull = pull_of_sectors(sums, verdict, rows, longer, scene, belief.spread, normal.shape[0])
+        pull = pull_of_sectors(verdict, rows, longer, scene, normal.shape[0])
         add_discrepancy(covariance, normal, pull, rows, verdict[:, WEIGHT].copy(), longer, excess)
     return turn_of(right[size - 1], covariance, free)
 

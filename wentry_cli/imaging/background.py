@@ -175,11 +175,14 @@ def cut_patch(raw: NDArray[Any], x0: int, y0: int, background: Background) -> Pa
 def _ground_level(values: NDArray[np.float32], x: float, y: float, across: float, along: float) -> tuple[float, int]:
     total = 0.0
     count = 0
+    aside = np.empty(values.shape[1])
+    for column in range(0, values.shape[1], 3):
+        aside[column] = ((column - x) / across) ** 2
     for row in range(max(0, int(y)), values.shape[0], 3):
         height = ((row - y) / along) ** 2
         for column in range(0, values.shape[1], 3):
             value = values[row, column]
-            if 0.7 < value < 1.4 and ((column - x) / across) ** 2 + height > 1.1:
+            if 0.7 < value < 1.4 and aside[column] + height > 1.1:
                 total += value
                 count += 1
     return total, count

@@ -40,9 +40,9 @@ class Watch:
     search_from_px: float = math.nan
     patience: int = GIVEN_UP_AFTER
 
-    def believes(self, sighting: Sighting, path: Path) -> bool:
+    def believes(self, sighting: Sighting, path: Path, expected: EllipseShape) -> bool:
         """Whether a good fit lies where the sphere can be: not on its mirror image, a jet, a droplet."""
-        return not _jumps(sighting, path) and (self.accept is None or self.accept(sighting))
+        return not _jumps(sighting, path, expected) and (self.accept is None or self.accept(sighting))
 
 
 TRUSTING = Watch()
@@ -59,14 +59,15 @@ def follow(
     found: list[Sighting] = []
     lost = 0
     for index in order:
-        sighting = _step(frames, ground, path, index, plan, thorough=lost > 0)
-        if sighting.traced and not watch.believes(sighting, path):
+        expected = path.predict(index)
+        sighting = _step(frames, ground, path, index, plan, expected=expected, thorough=lost > 0)
+        if sighting.traced and not watch.believes(sighting, path, expected):
             sighting = Sighting(index, "poor_fit", wet=sighting.wet)
         if not sighting.traced and sighting.status not in UNREADABLE:
             lost += 1
             if math.isfinite(watch.search_from_px) and lost >= LOST_AFTER and lost % 2:
                 found_again = _search(frames, ground, path, index, plan, watch.search_from_px)
-                sighting = found_again if found_again and watch.believes(found_again, path) else sighting
+                sighting = found_again if found_again and watch.believes(found_again, path, expected) else sighting
         if sighting.traced:
             path.add(index, _remembered(sighting, path.radius))
             lost = 0
@@ -80,9 +81,9 @@ def follow(
     return found
 
 
-def _jumps(sighting: Sighting, path: Path) -> bool:
+def _jumps(sighting: Sighting, path: Path, expected: EllipseShape) -> bool:
     assert sighting.fit is not None
-    expected, last = path.predict(sighting.frame), path.shapes[-1]
+    last = path.shapes[-1]
     shape = _remembered(sighting, path.radius)
     late = abs(sighting.frame - path.frames[-1])
     allowed = LARGEST_JUMP * path.radius + 2.0 * late
@@ -111,13 +112,20 @@ def _remembered(sighting: Sighting, radius: float) -> EllipseShape:
     return EllipseShape(shape.x, shape.y, radius, shape.radius / radius)
 
 
-def _step(frames: Frames, ground: Background, path: Path, index: int, plan: Plan, *, thorough: bool) -> Sighting:
-    guess = path.predict(index)
-    look = plan(index, guess, path.velocity())
+def _step(
+    frames: Frames,
+    ground: Background,
+    path: Path,
+    index: int,
+    plan: Plan,
+    *,
+    expected: EllipseShape,
+    thorough: bool,
+) -> Sighting:
+    look = plan(index, expected, path.velocity())
     if isinstance(look, str):
         return Sighting(index, look)
-    if look.tilt_deg is not None:
-        guess = replace(guess, tilt_deg=look.tilt_deg)
+    guess = expected if look.tilt_deg is None else replace(expected, tilt_deg=look.tilt_deg)
     first = sight(frames, index, ground, guess, look)
     if first.ok or first.status in UNREADABLE or look.outline == "circle":
         return first
@@ -126,7 +134,7 @@ def _step(frames: Frames, ground: Background, path: Path, index: int, plan: Plan
         return first
     factors = STRETCHES if thorough and not path.stiff else (1.0,)
     tries = [_look_again(frames, ground, path, index, plan, _squeezed(moved, factor)) for factor in factors]
-    good = [item for item in tries if item is not None and not _jumps(item, path)]
+    good = [item for item in tries if item is not None and not _jumps(item, path, expected)]
     return min(good, key=lambda item: item.fit.gated_fraction if item.fit else 1.0) if good else first
 
 

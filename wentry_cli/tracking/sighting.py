@@ -231,6 +231,20 @@ def radius_slope(fit: SilhouetteFit) -> NDArray[np.float64]:
     return np.asarray(fit.covariance[:, 2] / variance, np.float64)
 
 
+@compiled
+def with_radius_held(covariance: NDArray[np.float64], slope: NDArray[np.float64], unc: float) -> NDArray[np.float64]:
+    """Covariance without what came from a free radius, and with what one that is known to ``unc`` does by ``slope``."""
+    held = np.empty((5, 5))
+    variance = covariance[2, 2]
+    for i in range(5):
+        for j in range(5):
+            from_radius = covariance[i, 2] * covariance[2, j] / variance if variance > 0.0 else 0.0
+            held[i, j] = covariance[i, j] - from_radius + slope[i] * slope[j] * unc**2
+    held[2, :] = 0.0
+    held[:, 2] = 0.0
+    return held
+
+
 def with_radius(
     fit: SilhouetteFit, radius: float, slope: NDArray[np.float64], *, radius_unc: float = 0.0
 ) -> SilhouetteFit:
@@ -240,16 +254,10 @@ def with_radius(
     covariance loses what came from the radius; for one with fixed radius only the values move. What ``radius_unc`` of
     the pooled radius does to the others is then added.
     """
-    change = radius - fit.radius_px
-    moved = fit.shape.vector() + slope * change
-    covariance = fit.covariance
-    variance = covariance[2, 2]
-    if variance > 0:
-        covariance = covariance - np.outer(covariance[:, 2], covariance[2]) / variance
-    covariance = covariance + np.outer(slope, slope) * radius_unc**2
-    covariance[2, :] = covariance[:, 2] = 0.0
-    shape = EllipseShape(moved[0], moved[1], radius, moved[3], math.degrees(moved[4]))
-    unc = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    x, y, _, stretch, tilt = (fit.shape.vector() + slope * (radius - fit.radius_px)).tolist()
+    shape = EllipseShape(x, y, radius, stretch, math.degrees(tilt))
+    covariance = with_radius_held(fit.covariance, slope, radius_unc)
+    unc = [math.sqrt(max(variance, 0.0)) for variance in covariance.diagonal().tolist()]
     gradient = bottom_gradient(shape)
     return replace(
         fit,
@@ -257,10 +265,10 @@ def with_radius(
         center_y_px=shape.y,
         radius_px=radius,
         stretch=shape.stretch,
-        center_x_unc_px=float(unc[0]),
-        center_y_unc_px=float(unc[1]),
+        center_x_unc_px=unc[0],
+        center_y_unc_px=unc[1],
         radius_unc_px=math.nan,
-        stretch_unc=float(unc[3]) if fit.stretch_unc == fit.stretch_unc else math.nan,
+        stretch_unc=unc[3] if fit.stretch_unc == fit.stretch_unc else math.nan,
         bottom_y_px=shape.bottom_y,
         bottom_y_unc_px=math.sqrt(max(float(gradient @ covariance @ gradient), 0.0)),
         covariance=covariance,

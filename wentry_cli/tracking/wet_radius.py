@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wentry_cli.contours.ellipse import SilhouetteFit
 from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius, pool_radius
@@ -62,18 +63,26 @@ def constrain(sightings: Sequence[Sighting], radius: PooledRadius, *, wet: bool)
         for item in sightings
         if item.ok and item.wet == wet and item.free_fit is not None
     ]
-    at = np.array([frame for frame, _ in known], dtype=np.float64)
-    slopes = np.array([slope for _, slope in known]).reshape(len(known), 5)
-    return [_constrained(item, radius, (at, slopes)) if item.wet == wet else item for item in sightings]
+    if known:
+        at, slopes = [frame for frame, _ in known], np.array([slope for _, slope in known])
+        frames = [item.frame for item in sightings]
+        nearby = np.column_stack([np.interp(frames, at, column) for column in slopes.T])
+    else:
+        nearby = np.empty((0, 5))
+    return [
+        _constrained(item, radius, nearby[index] if known else None) if item.wet == wet else item
+        for index, item in enumerate(sightings)
+    ]
 
 
-def _constrained(item: Sighting, radius: PooledRadius, known: tuple[np.ndarray, np.ndarray]) -> Sighting:  # type: ignore[type-arg]
+def _constrained(item: Sighting, radius: PooledRadius, nearby: NDArray[np.float64] | None) -> Sighting:
+    """The sighting with the radius put in; ``nearby`` is the answer of its neighbours, if one of them has any."""
     if not item.ok or item.fit is None or math.isnan(radius.value):
         return item
     if item.free_fit is not None:
         slope = radius_slope(item.free_fit)
-    elif known[0].size:
-        slope = np.array([np.interp(item.frame, known[0], column) for column in known[1].T])
+    elif nearby is not None:
+        slope = nearby
     else:
         slope = np.array([0.0, 0.0, 1.0, STRETCH_PER_RADIUS * item.fit.stretch / item.fit.radius_px, 0.0])
     return replace(item, fit=with_radius(item.fit, radius.value, slope, radius_unc=radius.unc))
