@@ -66,7 +66,9 @@ def build_background(
     if empty:
         level = np.asarray(np.mean(turned, axis=0, dtype=np.float64), np.float32)
     else:
-        np.maximum(turned, 1, out=turned)  # 0 stands for covered
+        for frame in turned:
+            if not frame.min():
+                np.maximum(frame, 1, out=frame)  # 0 stands for covered
         level = _level_without_spheres(turned, noise)
     if polarity == "bright":
         return _bright_background(samples, np.asarray(full_scale - level, np.float32), full_scale)

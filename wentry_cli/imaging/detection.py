@@ -56,11 +56,11 @@ def _add_blocks(image: NDArray[Any], factor: int, coarse: NDArray[np.float32]) -
             for column in range(total.size):
                 total[column] += np.float32(source[column])
         target = coarse[row, :]
+        for near in range(factor):
+            for column in range(columns):
+                target[column] += total[factor * column + near]
         for column in range(columns):
-            value = np.float32(0.0)
-            for near in range(factor * column, factor * column + factor):
-                value += total[near]
-            target[column] = value * share
+            target[column] *= share
 
 
 def find_spheres(

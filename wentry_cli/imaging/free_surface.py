@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 BLOCKS = 24
-WIDEST_BAND = 61
+WIDEST_BAND, SMOOTHED_PX = 61, 9
 LINE_PX = 3.0  # what the finest meniscus looks like
 FAINTEST_DIP = 0.012
 # A ground that is a tenth darker moves the edge by a quarter of a pixel: no more than a trace of the band is wanted.
@@ -79,10 +79,13 @@ def clear_of_band(level: NDArray[np.float32], row: SurfaceRow, columns: tuple[fl
     middle = round(row.y_px)
     if last - first < LEAST_COLUMNS or not most < middle < level.shape[0] - most - 1:
         return half + 1.0, half + 1.0
-    dip = _dip(level)[:, first:last]
+    # what lies farther than these from the band and the columns does not tell on them
+    upper, left = max(0, middle - math.ceil(most) - 2 * WIDEST_BAND), max(0, first - 2 * SMOOTHED_PX)
+    lower, right = middle + math.ceil(most) + 2 * WIDEST_BAND + 1, last + 2 * SMOOTHED_PX
+    dip = _dip(level[upper:lower, left:right])[:, first - left : last - left]
     reach = []
     for step in (-1, 1):
-        lines = (dip > CLEAR)[middle + step * np.arange(math.ceil(most) + 1)]
+        lines = (dip > CLEAR)[middle - upper + step * np.arange(math.ceil(most) + 1)]
         clear = np.where((~lines).any(axis=0), np.argmin(lines, axis=0), len(lines))
         reach.append(min(most, max(half + 1.0, float(np.quantile(clear, NEARLY_ALL)))))
     return reach[0], reach[1]
@@ -97,10 +100,10 @@ def _limits(rows: tuple[float, float] | None, height: int) -> tuple[int, int]:
 
 def _dip(level: NDArray[np.float32]) -> NDArray[np.float32]:
     """How much darker each pixel is than what lies above and below it within the widest band."""
-    smooth = cv2.blur(level, (9, 1))
+    smooth = cv2.blur(level, (SMOOTHED_PX, 1))
     kernel = np.ones((WIDEST_BAND, 1), np.uint8)
     closed = cv2.morphologyEx(smooth, cv2.MORPH_CLOSE, kernel)
-    closed = cv2.blur(closed, (9, 9))
+    closed = cv2.blur(closed, (SMOOTHED_PX, SMOOTHED_PX))
     return np.asarray(1.0 - smooth / np.maximum(closed, 1e-3), np.float32)
 
 

@@ -65,7 +65,8 @@ def flicker(coarse: NDArray[np.float32]) -> NDArray[np.float32]:
     Shade and spray darken the others. All are 1 where the light is steady, and one is where it is off by more than a
     lamp flickers: something else fills the picture.
     """
-    usual = np.median(coarse, axis=0)
+    usual = np.empty(coarse.shape[1:], np.float32)
+    _middle(coarse, usual)
     bright = usual > 0.7 * np.percentile(usual, 80)
     if not bright.any():
         return np.ones(len(coarse), np.float32)
@@ -77,14 +78,52 @@ def flicker(coarse: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.asarray(np.ones(len(coarse)) if steady else light / np.mean(light), np.float32)
 
 
-def _shaded(coarse: NDArray[np.float32], light: NDArray[np.float32], noise: float) -> NDArray[np.bool_]:
-    """Where a sample is a little darker than the brightest are: spray or the rim of a shadow.
+@compiled
+def _largest_last(values: NDArray[np.float32], number: int) -> None:
+    """Put the ``number`` largest of every column in order at its end: all columns at once, by vector instructions."""
+    for last in range(values.shape[0] - 1, values.shape[0] - 1 - number, -1):
+        for index in range(last):
+            low, high = values[index, :], values[index + 1, :]
+            for column in range(values.shape[1]):
+                one, other = low[column], high[column]
+                low[column], high[column] = min(one, other), max(one, other)
 
-    No single pixel tells them from noise.
+
+@compiled
+def _middle(coarse: NDArray[np.float32], usual: NDArray[np.float32]) -> None:
+    """Median over the samples of every block."""
+    count, half = coarse.shape[0], coarse.shape[0] // 2
+    for row in range(usual.shape[0]):
+        ordered = coarse[:, row, :].copy()
+        _largest_last(ordered, min(count, count - half + 1))
+        for column in range(usual.shape[1]):
+            upper = ordered[half, column]
+            usual[row, column] = upper if count % 2 else (ordered[half - 1, column] + upper) / np.float32(2.0)
+
+
+@compiled
+def _unshaded(
+    coarse: NDArray[np.float32], light: NDArray[np.float32], share: np.float32, lit: NDArray[np.float32]
+) -> None:
+    """Fill ``lit`` (samples, blocks down and across) with 0 where a sample is darker than ``share`` of the brightest.
+
+    There it shows spray or the rim of a shadow, which no single pixel tells from noise. The third brightest counts, or
+    the brightest of fewer than three.
     """
-    even = coarse / light[:, None, None]
-    bright = np.partition(even, -3, axis=0)[-3] if len(even) >= 3 else np.max(even, axis=0)
-    return np.asarray(even < (1.0 - max(4.5 * noise / (3.0 * BLOCK_PX), LEAST_SHADE)) * bright)
+    count, columns = coarse.shape[0], coarse.shape[2]
+    even = np.empty((count, columns), np.float32)
+    chosen = count - 3 if count >= 3 else count - 1
+    for row in range(coarse.shape[1]):
+        for index in range(count):
+            source, target = coarse[index, row, :], even[index, :]
+            for column in range(columns):
+                target[column] = source[column] / light[index]
+        ordered = even.copy()
+        _largest_last(ordered, count - chosen)
+        for index in range(count):
+            level, bright, target = even[index, :], ordered[chosen, :], lit[index, row, :]
+            for column in range(columns):
+                target[column] = np.float32(0.0) if level[column] < share * bright[column] else np.float32(1.0)
 
 
 @compiled
@@ -119,7 +158,12 @@ def _clean_mean(
     bound = np.empty(columns, np.float32)
     total, used = np.empty((2, columns), np.float32), np.empty((2, columns), np.float32)
     keep = np.float32(1.0 - tolerance)
+    share = np.empty((count, columns), np.float32)
     for row in range(rows):
+        if row % BLOCK_PX == 0:
+            for index in range(count):
+                for column in range(columns):
+                    share[index, column] = lit[index, row // BLOCK_PX, column // BLOCK_PX]
         _brightest(samples, row, scale, top)
         for column in range(columns):
             first, second, third = top[0, column], top[1, column], top[2, column]
@@ -129,13 +173,12 @@ def _clean_mean(
         total[:] = 0.0
         used[:] = 0.0
         for index in range(count):
-            share = lit[index, row // BLOCK_PX]
             for column in range(columns):
                 value = np.float32(samples[index, row, column]) * scale[index]
                 good = np.float32(1.0) if value >= bound[column] else np.float32(0.0)
                 total[0, column] += value * good
                 used[0, column] += good
-                good *= share[column]
+                good *= share[index, column]
                 total[1, column] += value * good
                 used[1, column] += good
         for column in range(columns):
@@ -154,8 +197,10 @@ def clean_level(samples: NDArray[Any], noise: float) -> NDArray[np.float32]:
     level = np.empty(samples.shape[1:], np.float32)
     coarse = _coarse(samples)
     light = flicker(coarse)
-    lit = np.repeat(~_shaded(coarse, light, noise), BLOCK_PX, axis=2)[:, :, : samples.shape[2]]
-    _clean_mean(samples, np.float32(1.0) / light, lit.astype(np.float32), max(4.5 * noise, 0.02), level)
+    lit = np.empty_like(coarse)
+    shade = max(4.5 * noise / (3.0 * BLOCK_PX), LEAST_SHADE)
+    _unshaded(coarse, light, np.float32(1.0 - shade), lit)
+    _clean_mean(samples, np.float32(1.0) / light, lit, max(4.5 * noise, 0.02), level)
     return level
 
 
