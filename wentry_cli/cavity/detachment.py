@@ -8,6 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.compiled import compiled
+from wentry_cli.contours.normal_equations import solve
+
 Floats = NDArray[np.float64]
 
 BLUR_PX = 1.0  # beside the band of the surface, where its blur is fainter than a wall
@@ -42,6 +45,7 @@ def hidden_rows(surface_unc_px: float) -> float:
     return 0.5 * math.sqrt(12.0 * surface_unc_px**2 + LINE_PX**2) + BLUR_PX
 
 
+@compiled
 def find_apex(depth_px: Floats, width_px: Floats, hidden_px: float) -> float:
     """Return the depth at which the cavity's top closes, px below the surface; negative while it is open there.
 
@@ -49,22 +53,67 @@ def find_apex(depth_px: Floats, width_px: Floats, hidden_px: float) -> float:
     its closure a top is an ellipsoid, a mouth a hyperboloid) follows a parabola over ``FIT_ROWS`` below the band and
     is continued to zero; NaN where that does not close upwards.
     """
-    open_rows = np.flatnonzero((depth_px > hidden_px) & (width_px > 0.0))
-    if open_rows.size == 0:
-        return float("nan")
-    first = int(open_rows[0]) + (depth_px[open_rows[0]] > hidden_px + 1.0)  # a top row in sight is half blur
-    rows, squares = depth_px[first : first + FIT_ROWS], width_px[first : first + FIT_ROWS] ** 2
-    rows, squares = rows[np.isfinite(squares)], squares[np.isfinite(squares)]
+    first = 0
+    while first < depth_px.size and not (depth_px[first] > hidden_px and width_px[first] > 0.0):
+        first += 1
+    if first < depth_px.size and depth_px[first] > hidden_px + 1.0:
+        first += 1  # a top row in sight is half blur
+    rows, squares, count = np.empty(FIT_ROWS), np.empty(FIT_ROWS), 0
+    for row in range(first, min(first + FIT_ROWS, depth_px.size)):
+        if np.isfinite(width_px[row]):
+            rows[count], squares[count] = depth_px[row], width_px[row] ** 2
+            count += 1
     for _ in range(2):  # twice without the worst row: between a steep and a less steep wall the smoothing leaves a step
-        if rows.size < FEWEST_ROWS:
-            return float("nan")
-        parabola = np.polyfit(rows, squares, 2)
-        worst = int(np.argmax(np.abs(np.polyval(parabola, rows) - squares)))
-        rows, squares = np.delete(rows, worst), np.delete(squares, worst)
-    zeros = np.roots(np.polyfit(rows, squares, 2))
-    above = np.asarray(zeros[np.isreal(zeros)].real)
-    above = above[above < rows[0] + 0.5]
-    return float(above.max()) if above.size else float("nan")
+        if count < FEWEST_ROWS:
+            return math.nan
+        parabola = _parabola(rows[:count], squares[:count], rows[0])
+        worst, most = 0, -1.0
+        for k in range(count):
+            off = abs(_value(parabola, rows[k] - rows[0]) - squares[k])
+            if off > most:
+                worst, most = k, off
+        count -= 1
+        for k in range(worst, count):
+            rows[k], squares[k] = rows[k + 1], squares[k + 1]
+    return float(rows[0] + _greatest_zero(_parabola(rows[:count], squares[:count], rows[0]), 0.5))
+
+
+@compiled
+def _parabola(rows: Floats, values: Floats, origin: float) -> Floats:
+    """Coefficients of the least-squares parabola in ``rows - origin``, constant first; NaN where there is none."""
+    normal, right, powers = np.zeros((3, 3)), np.zeros(3), np.empty(3)
+    middle = np.mean(rows)
+    for k in range(rows.size):
+        powers[0], powers[1], powers[2] = 1.0, rows[k] - middle, (rows[k] - middle) ** 2
+        for i in range(3):
+            right[i] += powers[i] * values[k]
+            for j in range(3):
+                normal[i, j] += powers[i] * powers[j]
+    if not solve(normal, right):
+        return np.full(3, math.nan)
+    away = origin - middle
+    right[0] += away * (right[1] + away * right[2])
+    right[1] += 2.0 * away * right[2]
+    return right
+
+
+@compiled
+def _value(parabola: Floats, at: float) -> float:
+    return float(parabola[0] + at * (parabola[1] + at * parabola[2]))
+
+
+@compiled
+def _greatest_zero(parabola: Floats, bound: float) -> float:
+    """The greatest zero below ``bound``; NaN where there is none."""
+    inside = parabola[1] ** 2 - 4.0 * parabola[0] * parabola[2]
+    if not inside >= 0.0:
+        return math.nan
+    half = -0.5 * (parabola[1] + math.copysign(math.sqrt(inside), parabola[1]))
+    greatest = math.nan
+    for zero in (half / parabola[2], parabola[0] / half):
+        if zero < bound and not zero < greatest:
+            greatest = zero
+    return greatest
 
 
 def find_detachment(
