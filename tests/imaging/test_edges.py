@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import ndtr
 
-from wentry_cli.imaging.edges import bilinear, edge_candidates
+from wentry_cli.imaging.edges import edge_candidates, sample_ray
 
 
 def step_image(place: float, blur: float = 1.0, low: float = 0.1, high: float = 1.0):
@@ -69,6 +69,8 @@ def test_noise_of_a_profile():
 
 def test_between_pixels():
     image = np.array([[0.0, 1.0], [2.0, 3.0]], np.float32)
-    assert bilinear(image, 0.5, 0.5) == pytest.approx(1.5)
-    assert bilinear(image, 1.0, 1.0) == pytest.approx(3.0)
-    assert math.isnan(bilinear(image, 1.2, 0.5))
+    profile = np.empty(1)
+    for column, row, value in ((0.5, 0.5, 1.5), (1.0, 1.0, 3.0)):
+        assert sample_ray(image, np.array([column, row, 1.0, 0.0]), 0.0, 1.0, 1, profile) == (0, 0)
+        assert profile[0] == pytest.approx(value)
+    assert sample_ray(image, np.array([1.2, 0.5, 1.0, 0.0]), 0.0, 1.0, 1, profile) == (0, -1)

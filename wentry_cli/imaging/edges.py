@@ -20,19 +20,6 @@ BRIGHT = 0.22
 
 
 @compiled
-def bilinear(values: NDArray[np.float32], column: float, row: float) -> float:
-    """Value between pixel centres; NaN outside of the image or beside a masked pixel."""
-    rows, columns = values.shape
-    if not (0.0 <= column <= columns - 1.0 and 0.0 <= row <= rows - 1.0):
-        return math.nan
-    i, j = min(int(row), rows - 2), min(int(column), columns - 2)
-    fy, fx = row - i, column - j
-    upper = values[i, j] + fx * (values[i, j + 1] - values[i, j])
-    lower = values[i + 1, j] + fx * (values[i + 1, j + 1] - values[i + 1, j])
-    return float(upper + fy * (lower - upper))
-
-
-@compiled
 def ray_is_inside(shape: tuple[int, int], ray: Floats, reach: float, aside: float) -> bool:
     """Whether both ends of a ray of lines keep clear of the border of an image of ``shape``."""
     for end in (-1.0, 1.0):
@@ -83,6 +70,7 @@ def sample_ray(
     ):
         return 0, profile.size - 1
     first, last, held = -1, -1, math.nan
+    lowest, farthest = values.shape[0] - 1.0, values.shape[1] - 1.0
     for n in range(profile.size):
         along = n * step - reach
         total = 0.0
@@ -90,7 +78,15 @@ def sample_ray(
             aside = line - 0.5 * (lines - 1)
             column = ray[0] + along * ray[2] - aside * ray[3]
             row = ray[1] + along * ray[3] + aside * ray[2]
-            total += bilinear(values, column, row)
+            if not (0.0 <= column <= farthest and 0.0 <= row <= lowest):
+                total = math.nan
+                continue
+            i, j = np.uint32(min(row, lowest - 1.0)), np.uint32(min(column, farthest - 1.0))
+            fy, fx = row - i, column - j
+            upper = values[i, j] + fx * (values[i, j + np.uint32(1)] - values[i, j])
+            below = i + np.uint32(1)
+            lower = values[below, j] + fx * (values[below, j + np.uint32(1)] - values[below, j])
+            total += upper + fy * (lower - upper)
         if math.isnan(total):
             profile[n] = max(1.0, held) if held > BRIGHT else held
             continue
@@ -171,13 +167,15 @@ def edge_candidates(
         noises[valid_rays] = rough / max(1, (last - first) // 2)
         valid_rays += 1
         correlate(profile, kernel, response)
+        least = 0.0
         for n in range(1, span - 1):
             here = response[n]
-            if here <= height[k, CANDIDATES - 1] or here < response[n - 1] or here <= response[n + 1]:
+            if here <= least or here < response[n - 1] or here <= response[n + 1]:
                 continue
             if n + margin < first or n + margin > last + 1:
                 continue
             bend = response[n - 1] - 2.0 * here + response[n + 1]
             shift = 0.5 * (response[n - 1] - response[n + 1]) / bend if bend < 0.0 else 0.0
             keep_candidate(at[k], height[k], (n + shift) * step - half, here)
+            least = height[k, CANDIDATES - 1]
     return at, height, 0.5 * median_of(noises, valid_rays)
