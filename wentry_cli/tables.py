@@ -100,8 +100,10 @@ def vouched(name: str, columns: dict[str, Any]) -> list[str]:
 
 
 def _typed(frame: pd.DataFrame, table: Table) -> pd.DataFrame:
+    found = dict(zip(frame.columns, map(str, frame.dtypes), strict=True))
     types = {column.name: _READ_TYPES[column.kind] for column in table.columns}
-    return frame.astype(types)  # type: ignore[arg-type]
+    wrong = {name: kind for name, kind in types.items() if found[name] != kind}
+    return frame.astype(wrong) if wrong else frame  # type: ignore[arg-type]
 
 
 def write_table(folder: Path, name: str, frame: pd.DataFrame) -> Path:
@@ -133,8 +135,10 @@ def write_table(folder: Path, name: str, frame: pd.DataFrame) -> Path:
 
 def _infinite(frame: pd.DataFrame, table: Table) -> list[str]:
     """The columns that hold an infinite number, which neither is a measurement nor says that there is none."""
+    import numpy as np
+
     floats = [column.name for column in table.columns if column.kind == "float"]
-    return [name for name in floats if frame[name].isin([float("inf"), -float("inf")]).any()]
+    return [name for name in floats if np.isinf(frame[name].to_numpy()).any()]
 
 
 def _cells(column: pd.Series[Any], kind: str) -> list[str]:

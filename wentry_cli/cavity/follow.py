@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.cavity.profile import CavityProfile, SphereOutline, empty_profile, measure_profile
+from wentry_cli.compiled import compiled
 from wentry_cli.imaging.background import Background
 from wentry_cli.tracking.source import Frames, read_patch
 
@@ -77,7 +79,16 @@ def _next_reach(profile: CavityProfile, sphere: SphereOutline, reach: float, rad
         return min(1.4 * reach, WIDEST_REACH * radius_px)
     if profile.status != "ok":
         return reach
-    walls = np.concatenate([sphere.x_px - profile.left_px, profile.right_px - sphere.x_px])
-    widest = float(np.nanmax(walls)) if np.isfinite(walls).any() else 0.0
-    wanted = 1.12 * widest + 0.35 * radius_px
-    return float(np.clip(max(wanted, 0.97 * reach), NARROWEST_REACH * radius_px, WIDEST_REACH * radius_px))
+    wanted = 1.12 * _widest(sphere.x_px, profile.left_px, profile.right_px) + 0.35 * radius_px
+    return min(max(wanted, 0.97 * reach, NARROWEST_REACH * radius_px), WIDEST_REACH * radius_px)
+
+
+@compiled
+def _widest(axis: float, left: Floats, right: Floats) -> float:
+    """How far the walls that are seen reach from the axis; 0 where none is."""
+    widest = -math.inf
+    for row in range(left.size):
+        for away in (axis - left[row], right[row] - axis):
+            if math.isfinite(away):
+                widest = max(widest, away)
+    return widest if widest > -math.inf else 0.0

@@ -92,22 +92,33 @@ def cap_rows(shape: Floats, phi: Floats, half_angle: float) -> tuple[Floats, flo
 
 
 @compiled
-def cap_band(band: Band, place: Floats) -> Band:
-    """The band without what is off the cap, its Jacobian that of the powers of the place."""
-    rows = band.rows.copy()
-    for k in range(rows.shape[0]):
+def cap_band(band: Band, place: Floats) -> tuple[Band, Floats]:
+    """The sectors on the cap with an empty one beside them on either side, and their places.
+
+    Their Jacobian is that of the powers of the place.
+    """
+    count, number = place.size, 0
+    chosen = np.empty(count, dtype=np.int64)
+    for k in range(count):
+        if not (math.isnan(place[k]) and math.isnan(place[k - 1]) and math.isnan(place[(k + 1) % count])):
+            chosen[number] = k
+            number += 1
+    rows, places = np.empty((number, band.rows.shape[1])), np.empty(number)
+    starts = np.zeros(number + 1, dtype=np.int64)
+    for n in range(number):
+        k = chosen[n]
+        rows[n], places[n] = band.rows[k], place[k]
+        off = math.isnan(place[k])
         for i in range(5):
-            rows[k, J + i] = 0.0 if math.isnan(place[k]) else place[k] ** i
-    starts = np.zeros_like(band.starts)
-    for k in range(place.size):
-        number = 0 if math.isnan(place[k]) else band.starts[k + 1] - band.starts[k]
-        starts[k + 1] = starts[k] + number
-    pixels = np.empty((2, starts[place.size]))
-    for k in range(place.size):
-        for n in range(starts[k + 1] - starts[k]):
-            pixels[0, starts[k] + n] = band.pixels[0, band.starts[k] + n]
-            pixels[1, starts[k] + n] = band.pixels[1, band.starts[k] + n]
-    return Band(pixels, starts, rows, band.scene, band.settings)
+            rows[n, J + i] = 0.0 if off else place[k] ** i
+        starts[n + 1] = starts[n] + (0 if off else band.starts[k + 1] - band.starts[k])
+    pixels = np.empty((2, starts[number]))
+    for n in range(number):
+        first = band.starts[chosen[n]]
+        for m in range(starts[n + 1] - starts[n]):
+            pixels[0, starts[n] + m] = band.pixels[0, first + m]
+            pixels[1, starts[n] + m] = band.pixels[1, first + m]
+    return Band(pixels, starts, rows, band.scene, band.settings), places
 
 
 @compiled
@@ -159,8 +170,8 @@ def refine_bottom(
     count, table = quadrant_table(a, b, SECTOR_PX, SECTOR_ANGLE)
     place, lowest, depth = cap_rows(shape, sector_angles(count, table), half_angle)
     settings[0] = shape[1] + depth * math.cos(half_angle) - 2.0 * HALF_PX
-    cap = cap_band(gather_band(values, shape, settings, 1.0 if masked else math.nan), place)
-    if share_seen(cap.starts, place) < LEAST_SEEN:
+    cap, places = cap_band(gather_band(values, shape, settings, 1.0 if masked else math.nan), place)
+    if share_seen(cap.starts, places) < LEAST_SEEN:
         return nan, nan, nan, nan, OUT_OF_FRAME
     low, high = first_levels(cap.pixels, cap.starts)
     if math.isnan(low):
