@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
+from wentry_cli.imaging.order_statistics import rank_and_next
 
 # The mean of this share of the smallest absolute values of a normal distribution, over its standard deviation.
 LOWER_SHARE, LOWER_MEAN = 0.8, 0.5586
@@ -70,10 +71,8 @@ def flicker(coarse: NDArray[np.float32]) -> NDArray[np.float32]:
     bright = usual > 0.7 * np.percentile(usual, 80)
     if not bright.any():
         return np.ones(len(coarse), np.float32)
-    ratio = coarse[:, bright] / usual[bright]
-    light = np.percentile(ratio, 75, axis=1)
-    alike = np.mean(np.abs(ratio - light[:, None]) < ALIKE, axis=1) > MOST_ALIKE
-    light = np.where(alike & (np.abs(light - 1.0) < MOST_FLICKER), light, 1.0)
+    light, alike = _brightness(coarse, usual, bright)
+    light = np.where((alike > MOST_ALIKE) & (np.abs(light - 1.0) < MOST_FLICKER), light, 1.0)
     steady = float(np.std(light)) < LEAST_FLICKER
     return np.asarray(np.ones(len(coarse)) if steady else light / np.mean(light), np.float32)
 
@@ -99,6 +98,35 @@ def _middle(coarse: NDArray[np.float32], usual: NDArray[np.float32]) -> None:
         for column in range(usual.shape[1]):
             upper = ordered[half, column]
             usual[row, column] = upper if count % 2 else (ordered[half - 1, column] + upper) / np.float32(2.0)
+
+
+@compiled
+def _brightness(
+    coarse: NDArray[np.float32], usual: NDArray[np.float32], bright: NDArray[np.bool_]
+) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    """Upper quartile of how bright the bright blocks of each sample are, and the share of them that are like it."""
+    light, alike = np.empty(coarse.shape[0], np.float32), np.empty(coarse.shape[0])
+    ratio = np.empty(usual.size, np.float32)
+    for index in range(coarse.shape[0]):
+        number = 0
+        for row in range(usual.shape[0]):
+            for column in range(usual.shape[1]):
+                if bright[row, column]:
+                    ratio[number] = coarse[index, row, column] / usual[row, column]
+                    number += 1
+        place = 0.75 * (number - 1)
+        share = np.float32(place - int(place))
+        lower, upper = rank_and_next(ratio, number, int(place))
+        apart = np.float32(upper) - np.float32(lower)
+        if share < 0.5:
+            light[index] = np.float32(lower) + apart * share
+        else:  # as numpy does it
+            light[index] = np.float32(upper) - apart * (np.float32(1.0) - share)
+        near = 0
+        for n in range(number):
+            near += 1 if abs(ratio[n] - light[index]) < np.float32(ALIKE) else 0
+        alike[index] = near / number
+    return light, alike
 
 
 @compiled

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,12 +11,13 @@ from numpy.typing import NDArray
 from wentry_cli.compiled import compiled
 
 Floats = NDArray[np.float64]
+Singles = NDArray[np.floating[Any]]
 
-BINS = 1024
+BINS, FEW = 1024, 512
 
 
 @compiled
-def select(values: Floats, count: int, rank: int) -> float:
+def select(values: Singles, count: int, rank: int) -> float:
     """The value of ``rank`` (0: least) among the first ``count`` entries, which keep their order (quickselect)."""
     part = np.empty(count)
     for n in range(count):
@@ -71,28 +73,39 @@ def _bin_of(counts: NDArray[np.int64], rank: int) -> tuple[int, int]:
 
 @compiled
 def linear_quantile(values: Floats, count: int, share: float) -> float:
-    """The quantile of the first ``count`` of many entries, between two of them where it falls there; NaN where none.
-
-    They are counted in bins first, so that only those of one or two bins have to be put in order.
-    """
+    """The quantile of the first ``count`` of many entries, between two of them where it falls there; NaN where none."""
     if count == 0:
         return math.nan
-    low, high = values[0], values[0]
-    for n in range(count):
-        low, high = min(low, values[n]), max(high, values[n])
-    scale = (BINS - 1) / (high - low) if high > low else 0.0
-    counts = np.zeros(BINS, np.int64)
-    for n in range(count):
-        counts[int((values[n] - low) * scale)] += 1
     place = share * (count - 1)
-    rank = int(place)
-    following = min(rank + 1, count - 1)
-    first, before = _bin_of(counts, rank)
-    last, _ = _bin_of(counts, following)
-    part, number = np.empty(count), 0
-    for n in range(count):
-        if first <= int((values[n] - low) * scale) <= last:
-            part[number] = values[n]
-            number += 1
-    lower = select(part, number, rank - before)
-    return lower + (place - rank) * (select(part, number, following - before) - lower)
+    lower, upper = rank_and_next(values, count, int(place))
+    return lower + (place - int(place)) * (upper - lower)
+
+
+@compiled
+def rank_and_next(values: Singles, count: int, rank: int) -> tuple[float, float]:
+    """The value of ``rank`` among the first ``count`` of many entries, and the next greater one.
+
+    They are counted in bins first, and again those of one or two bins, until few are left to be put in order.
+    """
+    part, following = values[:count].copy(), min(rank + 1, count - 1)
+    counts = np.empty(BINS, np.int64)
+    while count > FEW:
+        low, high = part[0], part[0]
+        for n in range(count):
+            low, high = min(low, part[n]), max(high, part[n])
+        scale = (BINS - 1) / (high - low) if high > low else 0.0
+        counts[:] = 0
+        for n in range(count):
+            counts[int((part[n] - low) * scale)] += 1
+        first, before = _bin_of(counts, rank)
+        last, _ = _bin_of(counts, following)
+        kept = 0
+        for n in range(count):
+            if first <= int((part[n] - low) * scale) <= last:
+                part[kept] = part[n]
+                kept += 1
+        rank, following = rank - before, following - before
+        if kept == count:
+            break
+        count = kept
+    return select(part, count, rank), select(part, count, following)
