@@ -63,16 +63,13 @@ def constrain(sightings: Sequence[Sighting], radius: PooledRadius, *, wet: bool)
         for item in sightings
         if item.ok and item.wet == wet and item.free_fit is not None
     ]
+    nearby: list[NDArray[np.float64] | None] = [None] * len(sightings)
     if known:
         at, slopes = [frame for frame, _ in known], np.array([slope for _, slope in known])
         frames = [item.frame for item in sightings]
-        nearby = np.column_stack([np.interp(frames, at, column) for column in slopes.T])
-    else:
-        nearby = np.empty((0, 5))
-    return [
-        _constrained(item, radius, nearby[index] if known else None) if item.wet == wet else item
-        for index, item in enumerate(sightings)
-    ]
+        nearby = list(np.column_stack([np.interp(frames, at, column) for column in slopes.T]))
+    pairs = zip(sightings, nearby, strict=True)
+    return [_constrained(item, radius, answer) if item.wet == wet else item for item, answer in pairs]
 
 
 def _constrained(item: Sighting, radius: PooledRadius, nearby: NDArray[np.float64] | None) -> Sighting:
