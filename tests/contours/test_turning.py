@@ -47,10 +47,12 @@ def test_a_free_tilt_is_the_one_that_is_seen():
 
 
 def test_what_is_not_known_of_the_tilt_counts_where_the_outline_is_tilted():
-    def uncs(tilt, tilt_unc):
-        s = draw(3, stretch=1.2, body={"tilt_deg": tilt})
+    def uncs(tilt, tilt_unc, seed=3):
+        s = draw(seed, stretch=1.2, body={"tilt_deg": tilt})
         fit = fit_silhouette(s.patch, s.shape, top_y_px=s.top_y, tilt_unc_deg=tilt_unc)
         return np.array([fit.stretch_unc, fit.bottom_y_unc_px])
 
     assert (uncs(5.0, 1.0) > 3.0 * uncs(5.0, 0.0)).all()
-    assert (uncs(0.0, 1.0) < 1.5 * uncs(0.0, 0.0)).all()
+    # an upright outline is symmetric but for its noise
+    wider = np.median([uncs(0.0, 1.0, seed) / uncs(0.0, 0.0, seed) for seed in range(7)], axis=0)
+    assert (wider < 1.5).all()

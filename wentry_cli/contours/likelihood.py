@@ -24,13 +24,15 @@ Ints = NDArray[np.int64]
 # Columns of the state of a sector.
 OFFSET, INV_S, INSIDE, OUTSIDE, GRADIENT, KAPPA_S, RATIO, SMEAR, STATE = 0, 1, 2, 3, 4, 5, 6, 7, 8
 # Columns of the sums of a sector: the lower triangle of its normal matrix over (displacement, inside, outside,
-# ln s), the four right-hand sides, then counts and squares.
+# ln s), the four right-hand sides, then counts, rests and squares.
 DD, DI, II, DO, IO, OO, DS, IS, OS, SS, GD, GI, GO, GS = range(14)
-COUNT, CHI2, COUNT_IN, SQUARE_IN, COUNT_OUT, SQUARE_OUT, SUMS = 14, 15, 16, 17, 18, 19, 20
+COUNT, CHI2, COUNT_IN, REST_IN, SQUARE_IN, COUNT_OUT, REST_OUT, SQUARE_OUT, SUMS = range(14, 23)
 
 REACH = 6.0
 # The noise is taken where the edge does not reach: its model is not exact to the noise of a good camera.
 PLATEAU = 0.03
+# An inside with less than so many variances of its noise is cut off at black.
+BLACK_VARIANCES = 9.0
 PER_UNIT = 64
 _NODES = np.linspace(-REACH, REACH, int(2 * REACH * PER_UNIT) + 2)
 STEP_TABLE = np.array([0.5 * (1.0 + math.erf(node / math.sqrt(2.0))) for node in _NODES])
@@ -76,10 +78,19 @@ def expect(distance: Floats, part: Floats, by_edge: Floats, by_out: Floats, by_b
 
 
 @compiled
+def cut_at_black(model: Floats, by_out: Floats, noise: Floats) -> None:
+    """Turn expected levels into those of a sensor that shows what noise brings below black as black."""
+    for n in range(model.size):
+        sd = math.sqrt(noise[0] + (noise[1] - noise[0]) * by_out[n])
+        step, line = look_up(model[n] / sd)
+        model[n] = model[n] * step + sd * line
+
+
+@compiled
 def add_up(row: Floats, weight: Floats, by_edge: Floats, by_out: Floats, by_blur: Floats, rest: Floats) -> None:
     """Fill the sums ``row`` of one sector."""
     dd = di = ii = do = io = oo = ds = inner_s = outer_s = ss = gd = gi = go = gs = chi2 = 0.0
-    count_in = square_in = count_out = square_out = 0.0
+    count_in = rest_in = square_in = count_out = rest_out = square_out = 0.0
     for n in range(rest.size):
         off, step = rest[n], by_out[n]
         by_in = 1.0 - step
@@ -102,23 +113,26 @@ def add_up(row: Floats, weight: Floats, by_edge: Floats, by_out: Floats, by_blur
         chi2 += weight[n] * off * off
         if step < PLATEAU:
             count_in += 1.0
+            rest_in += off
             square_in += off * off
         elif step > 1.0 - PLATEAU:
             count_out += 1.0
+            rest_out += off
             square_out += off * off
     row[DD], row[DI], row[II], row[DO], row[IO], row[OO] = dd, di, ii, do, io, oo
     row[DS], row[IS], row[OS], row[SS] = ds, inner_s, outer_s, ss
     row[GD], row[GI], row[GO], row[GS] = gd, gi, go, gs
     row[COUNT], row[CHI2] = float(rest.size), chi2
-    row[COUNT_IN], row[SQUARE_IN], row[COUNT_OUT], row[SQUARE_OUT] = count_in, square_in, count_out, square_out
+    row[COUNT_IN], row[REST_IN], row[SQUARE_IN] = count_in, rest_in, square_in
+    row[COUNT_OUT], row[REST_OUT], row[SQUARE_OUT] = count_out, rest_out, square_out
 
 
 @compiled
 def accumulate(pixels: Floats, starts: Ints, state: Floats, noise: Floats, ceiling: float, sums: Floats) -> None:
     """Fill ``sums`` (sectors, SUMS) from all pixels of the band, which lie sector by sector from ``starts`` on.
 
-    ``noise`` holds the variances of a pixel inside and outside. What is brighter than ``ceiling`` counts as that
-    bright: a clipped ground is as bright as the sensor says.
+    ``noise`` holds the variances of a pixel inside and outside, 1 where they are not known yet. What is brighter than
+    ``ceiling`` counts as that bright: a clipped ground is as bright as the sensor says.
     """
     spread = noise[1] - noise[0]
     longest = 0
@@ -134,6 +148,8 @@ def accumulate(pixels: Floats, starts: Ints, state: Floats, noise: Floats, ceili
         by_edge, by_out, by_blur = room[0, :number], room[1, :number], room[2, :number]
         model, weight, rest = room[3, :number], room[4, :number], room[5, :number]
         expect(distance, state[k], by_edge, by_out, by_blur, model)
+        if state[k, INSIDE] ** 2 < BLACK_VARIANCES * noise[0] < BLACK_VARIANCES:
+            cut_at_black(model, by_out, noise)
         for n in range(number):
             rest[n] = min(level[n], ceiling) - model[n]
             weight[n] = 1.0 / (noise[0] + spread * by_out[n])

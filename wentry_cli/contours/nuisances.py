@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.contours.likelihood import CHI2, COUNT, COUNT_IN, COUNT_OUT, SQUARE_IN, SQUARE_OUT
+from wentry_cli.contours.likelihood import CHI2, COUNT, COUNT_IN, COUNT_OUT, REST_IN, REST_OUT, SQUARE_IN, SQUARE_OUT
 from wentry_cli.contours.sectors import (
     LEAST_PIXELS,
     LEVEL_IN,
@@ -51,12 +51,13 @@ class Belief(NamedTuple):
 def noise_levels(sums: Floats, verdict: Floats, noise: Floats) -> None:
     """Robust variance of a pixel on the dark and on the bright side of the edge, into ``noise``."""
     for side in range(2):
-        count, square = (COUNT_IN, SQUARE_IN) if side == 0 else (COUNT_OUT, SQUARE_OUT)
+        count, rest, square = (COUNT_IN, REST_IN, SQUARE_IN) if side == 0 else (COUNT_OUT, REST_OUT, SQUARE_OUT)
         means = np.empty(sums.shape[0])
         number = 0
         for k in range(sums.shape[0]):
             if sums[k, count] >= 0.3 * LEAST_PIXELS and verdict[k, WEIGHT] > 0.0:
-                means[number] = sums[k, square] / sums[k, count]
+                # about the sector's own level: that of the model may not be right yet
+                means[number] = (sums[k, square] - sums[k, rest] ** 2 / sums[k, count]) / (sums[k, count] - 1.0)
                 number += 1
         if number >= 4:
             noise[side] = max(1e-8, median_of(means, number))

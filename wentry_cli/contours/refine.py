@@ -39,8 +39,8 @@ from wentry_cli.contours.turning import no_turn, pixel_turn, wants_tilt
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-SECTOR_PX = 4.0
-SECTOR_ANGLE = math.radians(12.0)
+SECTOR_PX = 3.0
+SECTOR_ANGLE = math.radians(40.0)
 HALF_PX = 4.5
 SETTLED_PX = 0.004
 RECOLLECT_PX = 0.25

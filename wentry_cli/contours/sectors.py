@@ -50,9 +50,12 @@ HARD_GATE = 3.0
 LEAST_PIXELS = 12.0
 # Motion across the edge with less variance than this counts as blur.
 LEAST_SMEAR_PX2 = 0.1
-# Displacements over (uncertainty x scale) and reduced chi squares over the usual one between which weight is lost.
+# Displacements over (uncertainty x scale), and standard deviations that the chi square of a sector lies above the usual
+# one, between which weight is lost.
 SOFT_START, SOFT_END = 3.0, 5.0
-QUALITY_START, QUALITY_END = 1.7, 3.0
+QUALITY_START, QUALITY_END = 3.0, 5.0
+# Reduced chi squares over the usual one below which a sector tells how far sectors lie off.
+CLEAN = 1.7
 
 
 @compiled
@@ -185,7 +188,7 @@ def judge(sums: Floats, spread: Floats, radius: float, one_sided: bool, patient:
     usual = quantile_of(qualities, number, 0.25) / 0.85
     clean = 0
     for index in range(number):
-        if qualities[index] < QUALITY_START * usual:
+        if qualities[index] < CLEAN * usual:
             ratios[clean] = ratios[index]
             clean += 1
     scale = max(1.0, 1.4826 * median_of(ratios, clean))
@@ -197,7 +200,7 @@ def judge(sums: Floats, spread: Floats, radius: float, one_sided: bool, patient:
         z = abs(moved) / math.sqrt(verdict[k, VARIANCE] + tolerance * tolerance)
         gate = HARD_GATE if not one_sided else (0.67 * HARD_GATE if moved > 0.0 else 1.33 * HARD_GATE)
         stands_out = 0.0 if patient else abs(moved) / math.sqrt(verdict[k, VARIANCE]) / scale
-        excess = verdict[k, QUALITY] / max(usual, 1e-12)
+        excess = (verdict[k, QUALITY] / max(usual, 1e-12) - 1.0) * math.sqrt(0.5 * (sums[k, COUNT] - 3.0))
         if z > gate or stands_out > SOFT_END or excess > QUALITY_END:
             continue
         weight = min(1.0, (SOFT_END - stands_out) / (SOFT_END - SOFT_START))
