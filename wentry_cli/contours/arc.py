@@ -49,7 +49,8 @@ def quadrant_table(a: float, b: float, step_px: float, step_angle: float) -> tup
 @compiled
 def sector_at(share: float, right: bool, below: bool, count: int, table: Floats) -> int:
     """Index of the sector that holds the pseudo-angle ``share`` (see `quadrant_table`) of one of the four quadrants."""
-    local = min(int(table[int(QUADRANT_NODES * share)]), count - 1)
+    # a boundary may fall on a node: rounding must not choose the side
+    local = min(int(table[int(QUADRANT_NODES * share)] + 1e-9), count - 1)
     if below:
         return local if right else 2 * count - 1 - local
     return 4 * count - 1 - local if right else 2 * count + local
