@@ -2,8 +2,9 @@
 
 Semi-axes (λR, λR, R/λ²); the stretch λ = λ_e λ_p splits into an elastic and a viscous part. Time is measured in
 t_c = R √(ρ_s/G∞); five dimensionless groups are left (see ``Groups``). The state that is integrated is
-(λ, dλ/dt*, x, dissipated energy) with x = λ_p² − 1, because then the flow rule needs neither a logarithm nor the
-difference √I₁ᵖ − √3, which loses all its digits near λ_p = 1.
+(λ, dλ/dt*, x, dissipated energy, A* cⁿ) with x = λ_p² − 1, because then the flow rule needs neither a logarithm nor the
+difference √I₁ᵖ − √3, which loses all its digits near λ_p = 1. A* cⁿ follows from x; it has a derivative of its own
+because the power would take half the time of the integration.
 
 Source: Hurd et al., Water entry of deformable spheres, Appendix A; equations re-derived (docs/theory.md).
 """
@@ -24,9 +25,10 @@ IntArray = NDArray[np.int64]
 GroupValues = tuple[float, float, float, float, float]  # as in Groups.as_array
 
 SQRT3 = math.sqrt(3.0)
-STATE_SIZE = 4  # stretch, its rate, x = λ_p² − 1, dissipated energy
+STATE_SIZE = 5  # stretch, its rate, x = λ_p² − 1, dissipated energy, mobility A* cⁿ
+MOBILITY = 4  # place of A* cⁿ in the state
 SENSITIVITY_NAMES = ("stretch_0", "log_flow", "n", "stiffness_ratio", "x_0")
-FULL_SIZE = 20  # state, five triples of sensitivities, and one place that stays 0: the kernel takes four at a time
+FULL_SIZE = 20  # state and five triples of sensitivities
 
 
 @dataclass(frozen=True)
@@ -141,12 +143,28 @@ def flow_hardening(x: float, xi: float) -> float:
 
 
 @compiled
-def flow_rate(s: float, x: float, groups: GroupValues) -> float:
-    """(dλ_p/dt*)/λ_p by the flow rule, from the elastic stress ``s`` and x."""
-    if s == 0.0 or groups[1] == 0.0:
+def mobility(x: float, groups: GroupValues) -> float:
+    """A* cⁿ, the rate of flow under unit stress, at x = λ_p² − 1."""
+    return 0.0 if groups[1] == 0.0 else float(groups[1] * flow_hardening(x, groups[4]) ** groups[2])
+
+
+@compiled
+def hardening_slope(x: float, xi: float) -> float:
+    """d ln c/dx, with c as in ``flow_hardening``; 0 where c is 0."""
+    p = 1.0 + x
+    excess = x * x * (2.0 * x + 3.0)
+    root = math.sqrt(3.0 * p * p + excess)
+    total = root + SQRT3 * p
+    hardening = excess + xi * p * total
+    return x * (3.0 + x * (3.0 + x)) * total / (p * root * hardening) if hardening > 0.0 else 0.0
+
+
+@compiled
+def flow_rate(s: float, mobile: float, m: float) -> float:
+    """(dλ_p/dt*)/λ_p by the flow rule, from the elastic stress ``s`` and the mobility A* cⁿ."""
+    if s == 0.0 or mobile == 0.0:
         return 0.0
-    power = abs(s) if groups[3] == 1.0 else abs(s) ** groups[3]
-    rate = float(groups[1] * flow_hardening(x, groups[4]) ** groups[2] * power)
+    rate = mobile * (abs(s) if m == 1.0 else abs(s) ** m)
     return rate if s > 0.0 else -rate
 
 
@@ -164,31 +182,33 @@ def energy(stretch: float, rate: float, x: float, stiffness_ratio: float) -> flo
 
 
 @compiled
-def state_rates(a: float, v: float, x: float, groups: GroupValues) -> tuple[float, float, float]:
-    """Time derivatives of dλ/dt*, x and the dissipated energy at λ = ``a`` > 0, dλ/dt* = ``v``, ``x`` > −1."""
-    p, a2 = 1.0 + x, a * a
+def state_rates(
+    a: float, v: float, x: float, mobile: float, groups: GroupValues
+) -> tuple[float, float, float, float]:
+    """Time derivatives of dλ/dt*, x, the dissipated energy and A* cⁿ at λ = ``a`` > 0, dλ/dt* = ``v``, ``x`` > −1."""
+    a2 = a * a
     a4 = a2 * a2
     a6 = a4 * a2
-    inertia = a6 + 2.0
-    # One reciprocal serves all quotients: divisions are what the loop waits for.
-    shared = 1.0 / (p * a4 * inertia)
-    over_p = shared * a4 * inertia
-    u = a2 * over_p
-    s = ((a - 1.0) * (a + 1.0) - x) * over_p * (u * u + u + 1.0) * (p * p * p * inertia * shared)
-    rate = flow_rate(s, x, groups)
-    force = 6.0 * v * v * (a2 * a * p * inertia * shared) - 5.0 * a * (a6 - 1.0 + groups[0] * s * a4)
-    return force * (p * a4 * shared), 2.0 * p * rate, 5.0 * groups[0] * s * rate
+    p = 1.0 + x
+    over_p = 1.0 / p
+    w = p / a2
+    s = ((a - 1.0) * (a + 1.0) - x) * over_p * (1.0 + w * (1.0 + w))
+    rate = flow_rate(s, mobile, groups[3])
+    flowing = 2.0 * p * rate
+    force = 6.0 * v * v / a - 5.0 * a * (a6 - 1.0 + groups[0] * s * a4)
+    hardening = groups[2] * mobile * hardening_slope(x, groups[4]) * flowing
+    return force / (a6 + 2.0), flowing, 5.0 * groups[0] * s * rate, hardening
 
 
 @compiled
 def derivatives(state: FloatArray, groups: FloatArray, out: FloatArray) -> bool:
-    """Time derivative of ``state`` (λ, dλ/dt*, x, dissipated energy) into ``out``; False outside λ > 0, x > −1."""
+    """Time derivative of (λ, dλ/dt*, x, dissipated energy) into ``out``; False outside λ > 0, x > −1."""
     a, v, x = state[0], state[1], state[2]
     if not (a > 0.0 and x > -1.0):
         return False
     values = (groups[0], groups[1], groups[2], groups[3], groups[4])
     out[0] = v
-    out[1], out[2], out[3] = state_rates(a, v, x, values)
+    out[1], out[2], out[3], _ = state_rates(a, v, x, mobility(x, values), values)
     return True
 
 
@@ -199,17 +219,16 @@ def sensitivity_derivatives(state: FloatArray, groups: FloatArray, out: FloatArr
     The order is that of ``SENSITIVITY_NAMES``: initial λ, ln A*, n, γ, initial x. Needs m ≥ 1, ξ > 0.
     """
     a, v, x = state[0], state[1], state[2]
-    gamma, flow, n, m = groups[0], groups[1], groups[2], groups[3]
+    gamma, n, m = groups[0], groups[2], groups[3]
     p = 1.0 + x
     u = a * a / p
     s = elastic_stress(a, x)
     c = flow_hardening(x, groups[4])
     s_u = 1.0 + 2.0 / (u * u * u)
     s_a, s_x = s_u * 2.0 * a / p, -s_u * u / p
-    c_x = x * (3.0 + 3.0 * x + x * x) / (p * p * p * math.sqrt(3.0 + excess_invariant(x)))
-    slope = flow * c**n * (1.0 if m == 1.0 else m * abs(s) ** (m - 1.0))  # of the rate over s
+    slope = state[MOBILITY] * (1.0 if m == 1.0 else m * abs(s) ** (m - 1.0))  # of the rate over s
     r = slope * s / m
-    r_a, r_x = slope * s_a, slope * s_x + r * n * c_x / c
+    r_a, r_x = slope * s_a, slope * s_x + r * n * hardening_slope(x, groups[4])
     a5 = a * a * a * a * a
     density = a5 * a + 2.0
     force = 6.0 * v * v / a - 5.0 * (a * (a5 * a - 1.0) + gamma * s * a5)
@@ -226,4 +245,3 @@ def sensitivity_derivatives(state: FloatArray, groups: FloatArray, out: FloatArr
     out[STATE_SIZE + 5] += 2.0 * p * r
     out[STATE_SIZE + 8] += 2.0 * p * r * math.log(c)
     out[STATE_SIZE + 10] += -5.0 * s * a5 / density
-    out[FULL_SIZE - 1] = 0.0

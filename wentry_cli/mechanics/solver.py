@@ -167,7 +167,7 @@ def _integrate(
     initial[0], initial[2] = stretch_0, (viscous_0 - 1.0) * (viscous_0 + 1.0)
     if sensitivities:
         initial[STATE_SIZE] = 1.0
-        initial[FULL_SIZE - 2] = 2.0 * viscous_0**2  # of x = λ_p² − 1 to ln λ_p
+        initial[FULL_SIZE - 1] = 2.0 * viscous_0**2  # of x = λ_p² − 1 to ln λ_p
     read = READ_ALL if sensitivities else READ_STATE
     scaled = times / groups.time_scale_s
     fast = math.sqrt(1.0 + groups.stiffness_ratio)
