@@ -25,7 +25,7 @@ MOST_STEPS = 60_000
 
 def right_side(groups: Groups) -> Callable[[State], State]:
     """Time derivative of (λ, dλ/dt*, ln λ_p); the equations of docs/theory.md in another form than the solver's."""
-    ratio, flow, n, m, xi = (Extended(value) for value in groups.as_array())
+    ratio, flow, n, m, xi = (Extended(value) for value in groups.values)
     one, root = Extended(1), np.sqrt(Extended(3))
 
     def derivative(y: State) -> State:

@@ -12,7 +12,8 @@ from wentry_cli.bench import extended_precision
 from wentry_cli.bench.row import BenchRow
 from wentry_cli.errors import ConfigurationError
 from wentry_cli.mechanics.bergstrom_boyce import Groups, Material, find_groups
-from wentry_cli.mechanics.solver import SMALL_PERIOD, Trajectory, solve_oscillation
+from wentry_cli.mechanics.solver import Trajectory, solve_oscillation
+from wentry_cli.mechanics.stepping import SMALL_PERIOD
 
 FloatArray = NDArray[np.float64]
 

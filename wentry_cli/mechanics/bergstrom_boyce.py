@@ -22,7 +22,7 @@ from wentry_cli.errors import ConfigurationError
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-GroupValues = tuple[float, float, float, float, float]  # as in Groups.as_array
+GroupValues = tuple[float, float, float, float, float]  # γ, A*, n, m, ξ
 
 SQRT3 = math.sqrt(3.0)
 STATE_SIZE = 5  # stretch, its rate, x = λ_p² − 1, dissipated energy, mobility A* cⁿ
@@ -60,9 +60,10 @@ class Groups:
     xi: float
     time_scale_s: float
 
-    def as_array(self) -> FloatArray:
+    @property
+    def values(self) -> GroupValues:
         """The five groups in the order in which the compiled functions read them."""
-        return np.array([self.stiffness_ratio, self.flow, self.n, self.m, self.xi])
+        return self.stiffness_ratio, self.flow, self.n, self.m, self.xi
 
 
 def material_problems(material: Material) -> list[str]:
@@ -182,9 +183,7 @@ def energy(stretch: float, rate: float, x: float, stiffness_ratio: float) -> flo
 
 
 @compiled
-def state_rates(
-    a: float, v: float, x: float, mobile: float, groups: GroupValues
-) -> tuple[float, float, float, float]:
+def state_rates(a: float, v: float, x: float, mobile: float, groups: GroupValues) -> tuple[float, float, float, float]:
     """Time derivatives of dλ/dt*, x, the dissipated energy and A* cⁿ at λ = ``a`` > 0, dλ/dt* = ``v``, ``x`` > −1."""
     a2 = a * a
     a4 = a2 * a2
@@ -201,19 +200,18 @@ def state_rates(
 
 
 @compiled
-def derivatives(state: FloatArray, groups: FloatArray, out: FloatArray) -> bool:
+def derivatives(state: FloatArray, groups: GroupValues, out: FloatArray) -> bool:
     """Time derivative of (λ, dλ/dt*, x, dissipated energy) into ``out``; False outside λ > 0, x > −1."""
     a, v, x = state[0], state[1], state[2]
     if not (a > 0.0 and x > -1.0):
         return False
-    values = (groups[0], groups[1], groups[2], groups[3], groups[4])
     out[0] = v
-    out[1], out[2], out[3], _ = state_rates(a, v, x, mobility(x, values), values)
+    out[1], out[2], out[3], _ = state_rates(a, v, x, mobility(x, groups), groups)
     return True
 
 
 @compiled
-def sensitivity_derivatives(state: FloatArray, groups: FloatArray, out: FloatArray) -> None:
+def sensitivity_derivatives(state: FloatArray, groups: GroupValues, out: FloatArray) -> None:
     """Time derivative of the sensitivities that follow the state, five triples (λ, dλ/dt*, x).
 
     The order is that of ``SENSITIVITY_NAMES``: initial λ, ln A*, n, γ, initial x. Needs m ≥ 1, ξ > 0.

@@ -10,27 +10,14 @@ from numpy.typing import NDArray
 
 from wentry_cli.errors import ConfigurationError
 from wentry_cli.mechanics import stepping
-from wentry_cli.mechanics.bergstrom_boyce import (
-    FULL_SIZE,
-    STATE_SIZE,
-    FloatArray,
-    Groups,
-    Material,
-    find_groups,
-    flow_hardening,
-)
-from wentry_cli.mechanics.events import ACCEPTED, COUNTS, EVENT_COLUMNS, FOUND, PEAK, REJECTED, VALLEY, WRITTEN
+from wentry_cli.mechanics.bergstrom_boyce import FloatArray, Groups, Material, find_groups, flow_hardening
+from wentry_cli.mechanics.events import PEAK, VALLEY
+from wentry_cli.mechanics.stepping import EVENT_COMPONENTS, MOST_EVENTS, SMALL_PERIOD
 
 PARAMETERS = ("stretch_0", "eps0_dot_1_s", "n", "g_inf_pa", "g_t_pa", "viscous_0")
-SMALL_PERIOD = 2.0 * 2.0 * math.pi / math.sqrt(40.0)  # of the relaxed sphere at small amplitude, in units of t_c
-LONGEST_STEP = 0.4  # of the shortest period: a step never holds two extrema
-LEAST_TOLERANCE = 1e-14
 MOST_STEPS = 200_000
-MOST_EVENTS = 400_000
 STRETCH_RANGE = (0.05, 20.0)
-EVENT_COMPONENTS = 3  # λ, its rate and x: what events need, and what every trajectory is sampled for
-READ_STATE = np.arange(EVENT_COMPONENTS)
-READ_ALL = np.concatenate([READ_STATE, STATE_SIZE + EVENT_COMPONENTS * np.arange(5)])  # and dλ of each triple
+NOT_RISING = "times_s must be a rising, finite, non-empty array of one dimension"
 
 
 @dataclass(frozen=True)
@@ -139,11 +126,19 @@ def solve_oscillation(
         if not low <= value <= high:
             raise ConfigurationError(f"an initial stretch of {value:g} is outside {low:g} to {high:g}")
     times = np.ascontiguousarray(times_s, dtype=np.float64)
-    if times.ndim != 1 or not stepping.are_rising(times):
-        raise ValueError("times_s must be a rising, finite, non-empty array of one dimension")
+    if times.ndim != 1:
+        raise ValueError(NOT_RISING)
     if sensitivities and (material.m < 1.0 or material.xi == 0.0):
         raise ConfigurationError("sensitivities need m of at least 1 and xi > 0; the flow rule is not smooth otherwise")
-    return _integrate(groups, (stretch_0, viscous_0), times, (tolerance, sensitivities, peaks_wanted, most_steps))
+    settings = (groups.time_scale_s, float(tolerance), most_steps, peaks_wanted)
+    status, done, energy_error, sampled, found, accepted, rejected = stepping.integrate_release(
+        groups.values, (float(stretch_0), float(viscous_0)), times, settings, sensitivities
+    )
+    if status == stepping.NOT_RISING:
+        raise ValueError(NOT_RISING)
+    if status != stepping.DONE:
+        raise ConfigurationError(_refusal(status, groups, stretch_0, done))
+    return Trajectory(groups, stretch_0, times, sampled, found, energy_error, accepted, rejected)
 
 
 def find_period(material: Material, stretch_0: float, *, tolerance: float = 1e-10) -> float:
@@ -156,43 +151,6 @@ def find_period(material: Material, stretch_0: float, *, tolerance: float = 1e-1
     return solve_oscillation(
         material, stretch_0, np.array([duration]), tolerance=tolerance, peaks_wanted=peaks
     ).period_s
-
-
-def _integrate(
-    groups: Groups, start: tuple[float, float], times: FloatArray, options: tuple[float, bool, int, int]
-) -> Trajectory:
-    tolerance, sensitivities, peaks_wanted, most_steps = options
-    stretch_0, viscous_0 = start
-    initial = np.zeros(FULL_SIZE if sensitivities else STATE_SIZE)
-    initial[0], initial[2] = stretch_0, (viscous_0 - 1.0) * (viscous_0 + 1.0)
-    if sensitivities:
-        initial[STATE_SIZE] = 1.0
-        initial[FULL_SIZE - 1] = 2.0 * viscous_0**2  # of x = λ_p² − 1 to ln λ_p
-    read = READ_ALL if sensitivities else READ_STATE
-    scaled = times / groups.time_scale_s
-    fast = math.sqrt(1.0 + groups.stiffness_ratio)
-    end = max(float(scaled[-1]), 0.0)
-    events = np.empty((min(int(4.5 * end * fast / SMALL_PERIOD) + 16, MOST_EVENTS), EVENT_COLUMNS))
-    sampled = np.empty((read.size, times.size))
-    swing = max(abs(stretch_0 - 1.0), abs(viscous_0 - 1.0))
-    local = max(tolerance * min(1.0, 2.0 * swing), LEAST_TOLERANCE)
-    limits = np.array([local, LONGEST_STEP * SMALL_PERIOD / fast, most_steps, peaks_wanted, 10.0 * fast * fast])
-    counts = np.zeros(COUNTS, dtype=np.int64)
-    output = (scaled, sampled, events, read)
-    status, reached, energy_error = stepping.integrate(groups.as_array(), initial, limits, output, counts)
-    if status != stepping.DONE:
-        raise ConfigurationError(_refusal(status, groups, stretch_0, reached / max(end, 1e-300)))
-    sampled[:, counts[WRITTEN] :] = math.nan
-    return Trajectory(
-        groups=groups,
-        stretch_0=stretch_0,
-        t_s=times,
-        states=sampled,
-        events=events[: counts[FOUND]],
-        energy_error=energy_error,
-        steps=int(counts[ACCEPTED]),
-        rejected_steps=int(counts[REJECTED]),
-    )
 
 
 def _refusal(status: int, groups: Groups, stretch_0: float, fraction: float) -> str:

@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from wentry_cli.compiled import compiled
 from wentry_cli.mechanics.bergstrom_boyce import (
+    FULL_SIZE,
     MOBILITY,
     STATE_SIZE,
     FloatArray,
+    GroupValues,
     IntArray,
     energy,
     mobility,
-    sensitivity_derivatives,
-    state_rates,
 )
 from wentry_cli.mechanics.dense_output import interpolate, prepare_dense
 from wentry_cli.mechanics.events import (
     ACCEPTED,
+    COUNTS,
+    EVENT_COLUMNS,
+    FOUND,
     MARKS,
     PEAKS,
     REJECTED,
@@ -29,129 +34,27 @@ from wentry_cli.mechanics.events import (
     note_extremum,
     settle_crossing,
 )
-from wentry_cli.mechanics.tableau import DENSE_ORDER, ERROR_WEIGHTS, STAGE_WEIGHTS, STAGES, STAGES_DENSE
+from wentry_cli.mechanics.stages import Work, attempt, evaluate_stages, right_side
+from wentry_cli.mechanics.tableau import DENSE_ORDER, STAGES, STAGES_DENSE
 
-DONE, TOO_MANY_STEPS, STEP_TOO_SMALL, TOO_MANY_EVENTS = 0, 1, 2, 3
+DONE, TOO_MANY_STEPS, STEP_TOO_SMALL, TOO_MANY_EVENTS, NOT_RISING = 0, 1, 2, 3, 4
+SMALL_PERIOD = 2.0 * 2.0 * math.pi / math.sqrt(40.0)  # of the relaxed sphere at small amplitude, in units of t_c
+LONGEST_STEP = 0.4  # of the shortest period: a step never holds two extrema
+LEAST_TOLERANCE = 1e-14
+MOST_EVENTS = 400_000
 SAFETY, SHRINK_MOST, GROW_MOST = 0.9, 0.2, 5.0
 SMALLEST_STEP = 1e-14  # of the time reached
 TINY_ERROR = 1e-12
 NEGLIGIBLE = 30.0  # times the tolerance
 ROOT_ACCURACY = 1e-4  # of the tolerance
 
-Work = tuple[FloatArray, FloatArray, FloatArray, FloatArray]  # new state, slopes, dense coefficients, marks
+EVENT_COMPONENTS = 3  # λ, its rate and x: what events need, and what every trajectory is sampled for
+READ_STATE = np.arange(EVENT_COMPONENTS)
+READ_ALL = np.concatenate([READ_STATE, STATE_SIZE + EVENT_COMPONENTS * np.arange(5)])  # and dλ of each triple
+
 Output = tuple[FloatArray, FloatArray, FloatArray, IntArray]  # times to sample, samples, events, components to sample
-
-# The weights that are not zero, row by row; unsigned columns spare the compiled code a test for negative indices. That
-# of the stage just before stands apart, since its slope is still in registers and need not be waited for.
-_ROWS, _COLUMNS = np.nonzero(STAGE_WEIGHTS - np.diag(np.diag(STAGE_WEIGHTS, -1), -1))
-ENTRY_COLUMN = _COLUMNS.astype(np.uint64)
-ENTRY_WEIGHT = STAGE_WEIGHTS[_ROWS, _COLUMNS]
-ROW_START = np.searchsorted(_ROWS, np.arange(STAGES_DENSE + 1))
-LAST_WEIGHT = np.concatenate([[0.0], np.diag(STAGE_WEIGHTS, -1)])
-ERROR_COLUMN = np.nonzero(ERROR_WEIGHTS.any(axis=0))[0].astype(np.uint64)
-ERROR_ENTRY = ERROR_WEIGHTS[:, ERROR_COLUMN]
-
-
-@compiled
-def _right_side(state: FloatArray, groups: FloatArray, out: FloatArray) -> bool:
-    a, v, x = state[0], state[1], state[2]
-    if not (a > 0.0 and x > -1.0):
-        return False
-    values = (groups[0], groups[1], groups[2], groups[3], groups[4])
-    out[0] = v
-    out[1], out[2], out[3], out[4] = state_rates(a, v, x, state[MOBILITY], values)
-    if state.size > STATE_SIZE:
-        sensitivity_derivatives(state, groups, out)
-    return True
-
-
-@compiled
-def _state_stages(
-    y: FloatArray, h: float, groups: FloatArray, rows: tuple[int, int], work: FloatArray, slopes: FloatArray
-) -> bool:
-    """``_stages`` without sensitivities: the state stays in registers, which halves the time."""
-    values = (groups[0], groups[1], groups[2], groups[3], groups[4])
-    y0, y1, y2, y3, y4 = y[0], y[1], y[2], y[3], y[4]
-    last = slopes[rows[0] - 1]
-    k0, k1, k2, k3, k4 = last[0], last[1], last[2], last[3], last[4]
-    for i in range(rows[0], rows[1]):
-        w0, w1, w2, w3, w4 = 0.0, 0.0, 0.0, 0.0, 0.0
-        for k in range(ROW_START[i], ROW_START[i + 1]):
-            j, weight = ENTRY_COLUMN[k], ENTRY_WEIGHT[k]
-            w0 += weight * slopes[j, 0]
-            w1 += weight * slopes[j, 1]
-            w2 += weight * slopes[j, 2]
-            w3 += weight * slopes[j, 3]
-            w4 += weight * slopes[j, 4]
-        weight = LAST_WEIGHT[i]
-        a, v, x = y0 + h * (w0 + weight * k0), y1 + h * (w1 + weight * k1), y2 + h * (w2 + weight * k2)
-        if not (a > 0.0 and x > -1.0):
-            return False
-        mobile = mobility(x, values) if i == STAGES else y4 + h * (w4 + weight * k4)
-        work[0], work[1], work[2], work[3], work[4] = a, v, x, y3 + h * (w3 + weight * k3), mobile
-        k0 = v
-        k1, k2, k3, k4 = state_rates(a, v, x, mobile, values)
-        slopes[i, 0], slopes[i, 1], slopes[i, 2], slopes[i, 3], slopes[i, 4] = k0, k1, k2, k3, k4
-    return True
-
-
-@compiled
-def _stages(
-    y: FloatArray, h: float, groups: FloatArray, rows: tuple[int, int], work: FloatArray, slopes: FloatArray
-) -> bool:
-    """Evaluate the stages ``rows[0]`` to ``rows[1]`` − 1 of a step of length ``h``.
-
-    The argument of the last stage stays in ``work``. Four components at a time stay in registers. At the end of the
-    step A* cⁿ is taken from x anew, so that its error does not add up.
-    """
-    if y.size == STATE_SIZE:
-        return _state_stages(y, h, groups, rows, work, slopes)
-    for i in range(rows[0], rows[1]):
-        newest = slopes[i - 1]
-        for c in range(0, y.size, 4):
-            w0, w1, w2, w3 = 0.0, 0.0, 0.0, 0.0
-            for k in range(ROW_START[i], ROW_START[i + 1]):
-                j, weight = ENTRY_COLUMN[k], ENTRY_WEIGHT[k]
-                w0 += weight * slopes[j, c]
-                w1 += weight * slopes[j, c + 1]
-                w2 += weight * slopes[j, c + 2]
-                w3 += weight * slopes[j, c + 3]
-            weight = LAST_WEIGHT[i]
-            work[c] = y[c] + h * (w0 + weight * newest[c])
-            work[c + 1] = y[c + 1] + h * (w1 + weight * newest[c + 1])
-            work[c + 2] = y[c + 2] + h * (w2 + weight * newest[c + 2])
-            work[c + 3] = y[c + 3] + h * (w3 + weight * newest[c + 3])
-        if i == STAGES and work[2] > -1.0:
-            work[MOBILITY] = mobility(work[2], (groups[0], groups[1], groups[2], groups[3], groups[4]))
-        if not _right_side(work, groups, slopes[i]):
-            return False
-    return True
-
-
-@compiled
-def _error(y: FloatArray, y_new: FloatArray, h: float, tolerance: float, slopes: FloatArray) -> float:
-    """Scaled error of a step, 1 at the tolerance; may be inf or nan, which the caller reads as too large."""
-    third, fifth = 0.0, 0.0
-    for c in range(y.size):
-        e3, e5 = 0.0, 0.0
-        for k in range(ERROR_COLUMN.size):
-            slope = slopes[ERROR_COLUMN[k], c]
-            e3 += ERROR_ENTRY[0, k] * slope
-            e5 += ERROR_ENTRY[1, k] * slope
-        over = 1.0 / (tolerance * (1.0 + max(abs(y[c]), abs(y_new[c]))))
-        third += (e3 * over) ** 2
-        fifth += (e5 * over) ** 2
-    if fifth == 0.0 and third == 0.0:
-        return 0.0
-    return float(abs(h) * fifth / np.sqrt((fifth + 0.01 * third) * y.size))
-
-
-@compiled
-def _attempt(y: FloatArray, h: float, groups: FloatArray, tolerance: float, work: Work) -> float:
-    """Try one step into ``work[0]``; its scaled error, infinite where a stage left λ > 0, λ_p > 0."""
-    if not _stages(y, h, groups, (1, STAGES + 1), work[0], work[1]):
-        return np.inf
-    return _error(y, work[0], h, tolerance, work[1])
+Settings = tuple[float, float, int, int]  # time scale in s, tolerance, most steps, peaks after which to stop (0: never)
+Found = tuple[int, float, float, FloatArray, FloatArray, int, int]
 
 
 @compiled
@@ -161,7 +64,7 @@ def _elastic_excess(stretch: float, x: float) -> float:
 
 
 @compiled
-def _has_kink(y: FloatArray, y_new: FloatArray, groups: FloatArray, tolerance: float) -> bool:
+def _has_kink(y: FloatArray, y_new: FloatArray, groups: GroupValues, tolerance: float) -> bool:
     """Whether λ_e passes 1 inside a step, where |s|ᵐ with m ≠ 1 is not smooth.
 
     The error of a step across it does not follow the tolerance. Ends that lie on it are not across.
@@ -213,19 +116,8 @@ def _read_step(
 
 
 @compiled
-def are_rising(times: FloatArray) -> bool:
-    """Whether ``times`` are finite and do not fall; quick, since a fit asks some thousand times."""
-    before = -np.inf
-    for k in range(times.size):
-        if not before <= times[k] < np.inf:
-            return False
-        before = times[k]
-    return times.size > 0 and times[0] > -np.inf
-
-
-@compiled
 def integrate(
-    groups: FloatArray, initial: FloatArray, limits: FloatArray, output: Output, counts: IntArray
+    groups: GroupValues, initial: FloatArray, limits: FloatArray, output: Output, counts: IntArray
 ) -> tuple[int, float, float]:
     """Integrate from ``initial`` at t* = 0 to the last of the rising times ``output[0]``.
 
@@ -249,8 +141,8 @@ def integrate(
         for k in range(read.size):
             output[1][k, counts[WRITTEN]] = y[read[k]]
         counts[WRITTEN] += 1
-    y[MOBILITY] = mobility(y[2], (groups[0], groups[1], groups[2], groups[3], groups[4]))
-    if not _right_side(y, groups, slopes[0]):
+    y[MOBILITY] = mobility(y[2], groups)
+    if not right_side(y, groups, slopes[0]):
         return STEP_TOO_SMALL, t, worst
     while t < end:
         if counts[ACCEPTED] + counts[REJECTED] >= limits[2]:
@@ -261,14 +153,14 @@ def integrate(
             if t_new != end:
                 return STEP_TOO_SMALL, t, worst
             break
-        error = _attempt(y, t_new - t, groups, limits[0], work)
+        error = attempt(y, t_new - t, groups, limits[0], work)
         if not error <= 1.0:  # also where the error estimate overflowed
             counts[REJECTED] += 1
             h = (t_new - t) * (max(SHRINK_MOST, SAFETY * error**-0.125) if error < np.inf else SHRINK_MOST)
             continue
         y_new = work[0]
         if _has_kink(y, y_new, groups, limits[0]):
-            _stages(y, t_new - t, groups, (STAGES + 1, STAGES_DENSE), scratch, slopes)
+            evaluate_stages(y, t_new - t, groups, (STAGES + 1, STAGES_DENSE), scratch, slopes)
             prepare_dense((y, y_new), t_new - t, slopes, read, work[2])
             counts[REJECTED] += 1
             h = (t_new - t) * _find_kink(y, y_new, work[2])
@@ -277,7 +169,7 @@ def integrate(
         turns = y[1] * y_new[1] <= 0.0 and y[1] != 0.0
         crosses = (y[0] - 1.0) * (y_new[0] - 1.0) <= 0.0 and y[0] != 1.0
         if turns or crosses or (counts[WRITTEN] < samples.size and samples[counts[WRITTEN]] <= t_new):
-            _stages(y, t_new - t, groups, (STAGES + 1, STAGES_DENSE), scratch, slopes)
+            evaluate_stages(y, t_new - t, groups, (STAGES + 1, STAGES_DENSE), scratch, slopes)
             prepare_dense((y, y_new), t_new - t, slopes, read, work[2])
             if not _read_step(y, (t, t_new), work, output, counts, limits):
                 return TOO_MANY_EVENTS, t, worst
@@ -291,3 +183,54 @@ def integrate(
         h *= min(GROW_MOST, SAFETY * error**-0.125) if error > TINY_ERROR else GROW_MOST
     settle_crossing(y[0], events, counts, NEGLIGIBLE * limits[0])
     return DONE, t, worst / energy_0 if energy_0 > 0.0 else worst
+
+
+@compiled
+def _are_rising(times: FloatArray) -> bool:
+    before = -np.inf
+    for k in range(times.size):
+        if not before <= times[k] < np.inf:
+            return False
+        before = times[k]
+    return times.size > 0 and times[0] > -np.inf
+
+
+@compiled
+def _initial_state(release: tuple[float, float], with_sensitivities: bool) -> FloatArray:
+    initial = np.zeros(FULL_SIZE if with_sensitivities else STATE_SIZE)
+    initial[0], initial[2] = release[0], (release[1] - 1.0) * (release[1] + 1.0)
+    if with_sensitivities:
+        initial[STATE_SIZE] = 1.0
+        initial[FULL_SIZE - 1] = 2.0 * release[1] * release[1]  # of x = λ_p² − 1 to ln λ_p
+    return initial
+
+
+@compiled
+def integrate_release(
+    groups: GroupValues, release: tuple[float, float], times_s: FloatArray, settings: Settings, with_sensitivities: bool
+) -> Found:
+    """Integrate from rest at the stretches ``release`` = (λ, λ_p) and sample at the rising ``times_s``.
+
+    All that surrounds ``integrate`` is compiled too, since a fit comes here some thousand times. Returns the status, the
+    fraction of the time that was reached, the error of the energy balance, the samples (NaN where the integration ended
+    before), the events, and the numbers of steps accepted and rejected.
+    """
+    time_scale, tolerance, most_steps, peaks_wanted = settings
+    read = READ_ALL if with_sensitivities else READ_STATE
+    counts = np.zeros(COUNTS, dtype=np.int64)
+    if not _are_rising(times_s):
+        return NOT_RISING, 0.0, 0.0, np.empty((0, 0)), np.empty((0, 0)), 0, 0
+    scaled = times_s / time_scale
+    fast = math.sqrt(1.0 + groups[0])
+    end = max(scaled[-1], 0.0)
+    events = np.empty((int(min(4.5 * end * fast / SMALL_PERIOD + 16.0, MOST_EVENTS)), EVENT_COLUMNS))
+    sampled = np.empty((read.size, times_s.size))
+    swing = max(abs(release[0] - 1.0), abs(release[1] - 1.0))
+    local = max(tolerance * min(1.0, 2.0 * swing), LEAST_TOLERANCE)
+    limits = np.array([local, LONGEST_STEP * SMALL_PERIOD / fast, most_steps, peaks_wanted, 10.0 * fast * fast])
+    initial = _initial_state(release, with_sensitivities)
+    output = (scaled, sampled, events, read)
+    status, reached, energy_error = integrate(groups, initial, limits, output, counts)
+    sampled[:, counts[WRITTEN] :] = np.nan
+    done = reached / max(end, 1e-300)
+    return status, done, energy_error, sampled, events[: counts[FOUND]], counts[ACCEPTED], counts[REJECTED]
