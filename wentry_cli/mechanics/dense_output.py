@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from wentry_cli.compiled import compiled
 from wentry_cli.mechanics.bergstrom_boyce import FloatArray, IntArray
-from wentry_cli.mechanics.tableau import DENSE_WEIGHTS, STAGES, STAGES_DENSE
+from wentry_cli.mechanics.tableau import DENSE_WEIGHTS, STAGES
 
 MOST_ITERATIONS = 60
+DENSE_COLUMN = np.nonzero(DENSE_WEIGHTS.any(axis=0))[0].astype(np.uint64)
+DENSE_ENTRY = DENSE_WEIGHTS[:, DENSE_COLUMN]
 
 
 @compiled
@@ -22,12 +26,12 @@ def prepare_dense(
         dense[1, c] = h * slopes[0, c] - change
         dense[2, c] = 2.0 * change - h * (slopes[STAGES, c] + slopes[0, c])
         w0, w1, w2, w3 = 0.0, 0.0, 0.0, 0.0
-        for j in range(STAGES_DENSE):
-            slope = slopes[j, c]
-            w0 += DENSE_WEIGHTS[0, j] * slope
-            w1 += DENSE_WEIGHTS[1, j] * slope
-            w2 += DENSE_WEIGHTS[2, j] * slope
-            w3 += DENSE_WEIGHTS[3, j] * slope
+        for j in range(DENSE_COLUMN.size):
+            slope = slopes[DENSE_COLUMN[j], c]
+            w0 += DENSE_ENTRY[0, j] * slope
+            w1 += DENSE_ENTRY[1, j] * slope
+            w2 += DENSE_ENTRY[2, j] * slope
+            w3 += DENSE_ENTRY[3, j] * slope
         dense[3, c], dense[4, c], dense[5, c], dense[6, c] = h * w0, h * w1, h * w2, h * w3
 
 

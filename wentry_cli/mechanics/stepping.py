@@ -42,9 +42,12 @@ SMALL_PERIOD = 2.0 * 2.0 * math.pi / math.sqrt(40.0)  # of the relaxed sphere at
 LONGEST_STEP = 0.4  # of the shortest period: a step never holds two extrema
 LEAST_TOLERANCE = 1e-14
 MOST_EVENTS = 400_000
-SAFETY, SHRINK_MOST, GROW_MOST = 0.9, 0.2, 5.0
+SAFETY, SHRINK_MOST, GROW_MOST = 0.88, 0.2, 5.0
+NOW, BEFORE = -0.1, 0.02  # powers of this error and of the last in the next step: a controller that seldom overshoots
+LOCAL = 0.7  # of the tolerance is what a step may be wrong by
 SMALLEST_STEP = 1e-14  # of the time reached
 TINY_ERROR = 1e-12
+LEAST_ERROR = 1e-4
 NEGLIGIBLE = 30.0  # times the tolerance
 ROOT_ACCURACY = 1e-4  # of the tolerance
 
@@ -132,7 +135,7 @@ def integrate(
     work = (np.empty(y.size), slopes, np.empty((DENSE_ORDER, y.size)), np.empty((MARKS, 2)))
     scratch = np.empty(y.size)
     samples, _, events, read = output
-    t, end, worst = 0.0, samples[-1], 0.0
+    t, end, worst, last_error = 0.0, samples[-1], 0.0, LEAST_ERROR
     h = min(0.25 * limits[1], end)
     energy_0 = energy(y[0], y[1], y[2], groups[0])
     if abs(y[0] - 1.0) >= NEGLIGIBLE * limits[0]:
@@ -180,7 +183,8 @@ def integrate(
         worst = max(worst, abs(energy(y[0], y[1], y[2], groups[0]) + y[3] - energy_0))
         if limits[3] > 0.0 and counts[PEAKS] >= limits[3]:
             break
-        h *= min(GROW_MOST, SAFETY * error**-0.125) if error > TINY_ERROR else GROW_MOST
+        h *= max(SHRINK_MOST, min(GROW_MOST, SAFETY * max(error, TINY_ERROR) ** NOW * last_error**BEFORE))
+        last_error = max(error, LEAST_ERROR)
     settle_crossing(y[0], events, counts, NEGLIGIBLE * limits[0])
     return DONE, t, worst / energy_0 if energy_0 > 0.0 else worst
 
@@ -226,7 +230,7 @@ def integrate_release(
     events = np.empty((int(min(4.5 * end * fast / SMALL_PERIOD + 16.0, MOST_EVENTS)), EVENT_COLUMNS))
     sampled = np.empty((read.size, times_s.size))
     swing = max(abs(release[0] - 1.0), abs(release[1] - 1.0))
-    local = max(tolerance * min(1.0, 2.0 * swing), LEAST_TOLERANCE)
+    local = max(LOCAL * tolerance * min(1.0, 2.0 * swing), LEAST_TOLERANCE)
     limits = np.array([local, LONGEST_STEP * SMALL_PERIOD / fast, most_steps, peaks_wanted, 10.0 * fast * fast])
     initial = _initial_state(release, with_sensitivities)
     output = (scaled, sampled, events, read)
