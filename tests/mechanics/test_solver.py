@@ -15,7 +15,9 @@ from wentry_cli.mechanics.bergstrom_boyce import (
     excess_invariant,
     find_groups,
     flow_hardening,
+    hardening_slope,
     material_problems,
+    mobility,
 )
 from wentry_cli.mechanics.solver import find_period, solve_oscillation
 
@@ -130,6 +132,34 @@ def test_flow_hardening_does_not_cancel(x):
     series = excess / (2 * math.sqrt(3)) - excess**2 / (8 * 3**1.5)
     assert flow_hardening(x, 0.0) == pytest.approx(series, rel=1e-8)
     assert excess_invariant(x) == pytest.approx(excess, rel=1e-8)
+
+
+@pytest.mark.parametrize(("x", "xi"), [(1e-6, 0.0866), (-0.4, 0.0866), (0.3, 1e-9), (5.0, 0.5), (0.2, 0.0)])
+def test_hardening_slope_is_the_derivative_of_the_logarithm(x, xi):
+    step = 1e-5 * max(abs(x), 1e-2)
+    difference = math.log(flow_hardening(x + step, xi) / flow_hardening(x - step, xi)) / (2 * step)
+    assert hardening_slope(x, xi) == pytest.approx(difference, rel=1e-7, abs=1e-9)
+
+
+def test_mobility_and_slope_where_the_hardening_vanishes():
+    assert hardening_slope(0.0, 0.0) == 0.0
+    assert mobility(0.0, (1.0, 0.7, 0.0, 1.0, 0.0)) == 0.7
+    assert mobility(0.0, (1.0, 0.0, -0.2, 1.0, 0.0)) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "bound"), [(1e-3, 1.7e-4), (2e-4, 4.9e-5), (1e-6, 2.9e-7), (1e-8, 1.3e-9), (1e-10, 1.4e-11)]
+)
+def test_error_follows_the_tolerance(tolerance, bound):
+    """Root mean square over releases from 1.1 to 2.2 and n from −1 to .2; bounds 1.5 times what was measured."""
+    times, squares = np.linspace(0.0, 0.15, 200), []
+    for n, eps0_dot in ((-1.0, 0.0056), (-0.1902, 0.021), (0.2, 0.05)):
+        material = changed(n=n, eps0_dot_1_s=eps0_dot)
+        for stretch_0 in np.linspace(1.1, 2.2, 12):
+            exact = solve_oscillation(material, stretch_0, times, tolerance=1e-13).stretch
+            found = solve_oscillation(material, stretch_0, times, tolerance=tolerance).stretch
+            squares.append(np.mean((found - exact) ** 2))
+    assert math.sqrt(np.mean(squares)) < bound
 
 
 def test_sensitivities_equal_differences():

@@ -31,6 +31,7 @@ ERROR_ENTRY = ERROR_WEIGHTS[:, ERROR_COLUMN]
 
 @compiled
 def right_side(state: FloatArray, groups: GroupValues, out: FloatArray) -> bool:
+    """Time derivative of the whole ``state``, sensitivities too where it has them; False outside λ > 0, x > −1."""
     a, v, x = state[0], state[1], state[2]
     if not (a > 0.0 and x > -1.0):
         return False

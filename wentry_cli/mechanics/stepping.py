@@ -215,9 +215,9 @@ def integrate_release(
 ) -> Found:
     """Integrate from rest at the stretches ``release`` = (λ, λ_p) and sample at the rising ``times_s``.
 
-    All that surrounds ``integrate`` is compiled too, since a fit comes here some thousand times. Returns the status, the
-    fraction of the time that was reached, the error of the energy balance, the samples (NaN where the integration ended
-    before), the events, and the numbers of steps accepted and rejected.
+    All that surrounds ``integrate`` is compiled too, since a fit comes here some thousand times. Returns the status,
+    the fraction of the time that was reached, the error of the energy balance, the samples (NaN where the integration
+    ended before), the events, and the numbers of steps accepted and rejected.
     """
     time_scale, tolerance, most_steps, peaks_wanted = settings
     read = READ_ALL if with_sensitivities else READ_STATE
