@@ -80,7 +80,7 @@ def _with_sensitivities(case: _Case, tolerance: float) -> FloatArray:
 
 
 def _right_side(case: _Case) -> Callable[[float, FloatArray], FloatArray]:
-    groups = find_groups(case.material).values
+    groups = np.array(find_groups(case.material).values)
 
     def right_side(_time: float, state: FloatArray) -> FloatArray:
         out = np.zeros(4)
@@ -112,7 +112,7 @@ def _cvode(case: _Case, tolerance: float) -> FloatArray:
     from sksundae import cvode
 
     groups = find_groups(case.material)
-    values = groups.values
+    values = np.array(groups.values)
 
     def right_side(_time: float, state: FloatArray, out: FloatArray) -> None:
         derivatives(state.copy(), values, out)

@@ -200,13 +200,17 @@ def state_rates(a: float, v: float, x: float, mobile: float, groups: GroupValues
 
 
 @compiled
-def derivatives(state: FloatArray, groups: GroupValues, out: FloatArray) -> bool:
-    """Time derivative of (λ, dλ/dt*, x, dissipated energy) into ``out``; False outside λ > 0, x > −1."""
+def derivatives(state: FloatArray, groups: FloatArray, out: FloatArray) -> bool:
+    """Time derivative of (λ, dλ/dt*, x, dissipated energy) into ``out``; False outside λ > 0, x > −1.
+
+    For integrators that call it from Python; ``groups`` is an array of ``GroupValues``, which is the quicker to pass.
+    """
     a, v, x = state[0], state[1], state[2]
     if not (a > 0.0 and x > -1.0):
         return False
+    values = (groups[0], groups[1], groups[2], groups[3], groups[4])
     out[0] = v
-    out[1], out[2], out[3], _ = state_rates(a, v, x, mobility(x, groups), groups)
+    out[1], out[2], out[3], _ = state_rates(a, v, x, mobility(x, values), values)
     return True
 
 
