@@ -119,6 +119,16 @@ def _read_step(
 
 
 @compiled
+def _write_release(y: FloatArray, output: Output, counts: IntArray) -> None:
+    """Sample the state at the release for all times up to 0."""
+    samples, sampled, _, read = output
+    while counts[WRITTEN] < samples.size and samples[counts[WRITTEN]] <= 0.0:
+        for k in range(read.size):
+            sampled[k, counts[WRITTEN]] = y[read[k]]
+        counts[WRITTEN] += 1
+
+
+@compiled
 def integrate(
     groups: GroupValues, initial: FloatArray, limits: FloatArray, output: Output, counts: IntArray
 ) -> tuple[int, float, float]:
@@ -140,10 +150,7 @@ def integrate(
     energy_0 = energy(y[0], y[1], y[2], groups[0])
     if abs(y[0] - 1.0) >= NEGLIGIBLE * limits[0]:
         counts[SIDE] = 1 if y[0] > 1.0 else -1
-    while counts[WRITTEN] < samples.size and samples[counts[WRITTEN]] <= 0.0:
-        for k in range(read.size):
-            output[1][k, counts[WRITTEN]] = y[read[k]]
-        counts[WRITTEN] += 1
+    _write_release(y, output, counts)
     y[MOBILITY] = mobility(y[2], groups)
     if not right_side(y, groups, slopes[0]):
         return STEP_TOO_SMALL, t, worst
