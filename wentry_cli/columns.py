@@ -146,8 +146,8 @@ status | – | text | ok, or why something in this row is not measured
 period | 1 | int | N; empty for a rigid sphere
 t_mid_s | s | float | middle of the period, or time of the frame
 t_mid_over_tp | 1 | float | the same over the drop's own t_p
-force_coefficient | 1 | float ± | net force coefficient, as the paper
-force_coefficient_hydro | 1 | float ± | hydrodynamic: weight and buoyancy added
+force_coefficient | 1 | float ± | net force coefficient, as the paper; positive upwards, against the travel
+force_coefficient_hydro | 1 | float ± | of the water's force alone: weight and buoyancy taken out; same sign
 
 # summary | summary | drop
 drop | – | text | name of the drop

@@ -217,6 +217,23 @@ def test_fit_line_of_the_period_is_the_table_s_slope(panels: list[Panel]) -> Non
     assert point["period_ms"] == pytest.approx(1.45 * point["scale_ms"])
 
 
+def test_a_ratio_of_periods_that_is_not_known_is_said_and_the_model_drawn(tmp_path: Path) -> None:
+    names = write_campaign(tmp_path, (CAMPAIGN[1],))
+    campaign = read_campaign(tmp_path, names)
+    (drop,) = campaign.drops
+    unknown = {"time_ratio": math.nan, "time_ratio_unc": math.nan, "status": "not_identified"}
+    tables = {**drop.tables, "model_fit": drop.table("model_fit").assign(**unknown),
+              "model": drop.table("model").assign(t_scaled_s=math.nan)}  # fmt: skip
+    panels = campaign_panels(replace(campaign, drops=(replace(drop, tables=tables),)))
+    panel = next(panel for panel in panels if panel.key == "4d")
+    assert isinstance(panel, Panel)
+    assert "is not known" in panel.caption
+    model = panel.data[panel.data["series"] == "model"]
+    assert model["t_ms"].iloc[0] == pytest.approx(1e3 * drop.table("periods")["t_peak_s"].iloc[0])
+    assert "model, time scaled" not in set(panel.data["series"])
+    assert all("nan" not in p.caption for p in panels if isinstance(p, Panel))
+
+
 def test_intercept_in_seconds_is_drawn_in_milliseconds(tmp_path: Path) -> None:
     from wentry_cli.report.fits import fit_rows
 

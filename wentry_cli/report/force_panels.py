@@ -44,10 +44,11 @@ def force_coefficients(campaign: Campaign) -> Panel | NotDrawn:
         ax.legend(handles=_handles(data), loc="upper right")
 
     caption = (
-        "Net force coefficients in the direction of travel against t/t_p: averaged over each period of the deformable "
-        "spheres (black symbols, by period), instantaneous for rigid spheres (blue curves). Bars and bands: standard "
-        "uncertainty, of repeated rigid drops the spread; no curve where it exceeds the axis. The table behind the "
-        "panel also has the hydrodynamic coefficient, with weight and buoyancy added."
+        "Coefficient of the net force against t/t_p, positive where the acceleration is upwards (ÿ_c > 0), against the "
+        "travel: averaged over each period of the deformable spheres (black symbols, by period), instantaneous for "
+        "rigid spheres (blue curves). Bars and bands: standard uncertainty, of repeated rigid drops the spread; no "
+        "curve where it exceeds the axis. The table behind the panel also has the hydrodynamic coefficient, with "
+        "weight and buoyancy taken out."
     )
     return Panel("8", "fig_8_force_coefficient", TITLE, caption, data, draw, size=PANEL_SIZE)
 

@@ -16,6 +16,7 @@ from wentry_cli.report.campaign import Campaign, DropResults, as_number, example
 from wentry_cli.report.curves import grouped_points, measured
 from wentry_cli.report.fits import fit_rows, slope_text
 from wentry_cli.report.legends import EDGE, clear_limits, draw_points, plain_decades, size_handles, stiffness_handles
+from wentry_cli.report.numbers import with_uncertainty
 from wentry_cli.report.panel import NotDrawn, Panel, rows
 from wentry_cli.report.stretch_curves import draw_stretch, measured_stretch, model_stretch
 from wentry_cli.report.style import (
@@ -248,6 +249,12 @@ def stretch_model(campaign: Campaign) -> Panel | NotDrawn:
     ratio, unc = (
         as_number(fit[name].iloc[0]) if not fit.empty else math.nan for name in ("time_ratio", "time_ratio_unc")
     )
+    # Without a ratio there is no scaled curve either.
+    scaled = (
+        f", and the model with its time scaled by T_exp/T_model = {with_uncertainty(ratio, unc)} (solid)."
+        if math.isfinite(ratio)
+        else "; the ratio T_exp/T_model by which its time would be scaled is not known."
+    )
 
     def draw(figure: FigureBase) -> None:
         ax = figure.subplots()
@@ -256,8 +263,7 @@ def stretch_model(campaign: Campaign) -> Panel | NotDrawn:
         ax.legend(loc="upper right")
 
     caption = (
-        f"Stretch of drop {drop.name}: measured (triangles), the viscoelastic model from its first peak on (dashed), "
-        "and the "
-        f"model with its time scaled by T_exp/T_model = {ratio:.3f} ± {unc:.3f} (solid)."
+        f"Stretch of drop {drop.name}: measured (triangles), the viscoelastic model from its first peak on "
+        f"(dashed){scaled}"
     )
     return Panel("4d", "fig_4d_stretch_model", title, caption, data, draw, drop=drop.name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pandas as pd
 from matplotlib.axes import Axes
 
-from wentry_cli.report.campaign import DropResults
+from wentry_cli.report.campaign import DropResults, as_number
 from wentry_cli.report.curves import measured
 from wentry_cli.report.legends import clear_limits
 from wentry_cli.report.style import BLACK, GREEN, GREY
@@ -27,15 +27,17 @@ def measured_stretch(drop: DropResults) -> pd.DataFrame:
 
 
 def model_stretch(drop: DropResults) -> pd.DataFrame:
-    """Rows of λ(t) by the model: on its own clock from the first peak on, and with its time scaled."""
-    found = measured(drop.table("model"), ["t_s", "t_scaled_s", "stretch"])
-    if found.empty:
+    """Rows of λ(t) by the model: on its own clock from the first peak on, and with its time scaled where it can be."""
+    found = measured(drop.table("model"), ["t_s", "stretch"])
+    peaks = drop.table("periods")["t_peak_s"].map(as_number).dropna()
+    if found.empty or peaks.empty:
         return pd.DataFrame({"series": [], "t_ms": [], "stretch": []})
     end = 1e3 * float(pd.to_numeric(drop.table("stretch")["t_s"], errors="coerce").max())
-    first_peak = float(found["t_scaled_s"].iloc[0])
-    own = pd.DataFrame({"series": "model", "t_ms": 1e3 * (first_peak + found["t_s"]), "stretch": found["stretch"]})
+    late = 1e3 * (float(peaks.iloc[0]) + found["t_s"])
+    own = pd.DataFrame({"series": "model", "t_ms": late, "stretch": found["stretch"]})
+    timed = measured(drop.table("model"), ["t_scaled_s", "stretch"])
     scaled = pd.DataFrame(
-        {"series": "model, time scaled", "t_ms": 1e3 * found["t_scaled_s"], "stretch": found["stretch"]}
+        {"series": "model, time scaled", "t_ms": 1e3 * timed["t_scaled_s"], "stretch": timed["stretch"]}
     )
     both = pd.concat([own, scaled], ignore_index=True)
     return both[~(both["t_ms"] > end)]

@@ -16,6 +16,7 @@ from wentry_cli.report.campaign import Campaign, DropResults, as_number
 from wentry_cli.report.curves import Curve, conditions, grouped_points, mean_curve, measured
 from wentry_cli.report.fits import slope_text
 from wentry_cli.report.legends import clear_limits, draw_points, plain_decades, size_handles, span_of, stiffness_handles
+from wentry_cli.report.numbers import with_uncertainty
 from wentry_cli.report.panel import NotDrawn, Panel, rows
 from wentry_cli.report.style import BLACK, GREEN, GREY, QUOTED, line_width, stiffness_shade
 
@@ -171,7 +172,7 @@ def velocity_change(campaign: Campaign) -> Panel | NotDrawn:
         _draw_change(figure.subplots(), data, points)
 
     value, unc = exponent, as_number(relation.get("exponent_unc"))
-    fit = f"exponent {value:.3f} ± {unc:.3f}" if math.isfinite(value) else slope_text(relation)
+    fit = f"exponent {with_uncertainty(value, unc)}" if math.isfinite(value) else slope_text(relation)
     caption = (
         "Velocity lost over the first period, ΔU/U₀, against G∞/(ρ_w U₀²). Solid: the scaling law with exponent −1/2 "
         "and "
