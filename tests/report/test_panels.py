@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,7 +27,7 @@ from wentry_cli.report.panel import NotDrawn, Panel, merged
 from wentry_cli.report.panels import campaign_panels, drop_panels
 from wentry_cli.report.pinch_off_panels import _numbers
 from wentry_cli.report.strip_frames import _chosen_rows
-from wentry_cli.report.style import plain, stiffness_shade
+from wentry_cli.report.style import GREEN, VERMILION, plain, stiffness_shade
 from wentry_cli.report.tabulation import drop_table
 from wentry_cli.report.theory import added_mass_prefactor, published_pinch_off_band, ring_model_pinch_off
 from wentry_cli.report.velocity_panels import speed_groups, with_gaps
@@ -87,6 +88,41 @@ def test_no_text_overlaps_another_in_a_panel(figures: list[tuple[Panel, Figure]]
                     inside = [box for box in boxes if box.width > 0]
                     pairs = [(a, b) for i, a in enumerate(inside) for b in inside[i + 1 :]]
                     assert not any(a.overlaps(b) and a.bounds != b.bounds for a, b in pairs), panel.stem
+
+
+@pytest.mark.parametrize("places", [range(len(CAMPAIGN)), (5,)], ids=["campaign", "one drop"])
+def test_legends_hide_nothing(tmp_path: Path, places: Iterable[int]) -> None:
+    """A legend stands above its axes and within the picture."""
+    results = read_campaign(tmp_path, write_campaign(tmp_path, tuple(CAMPAIGN[place] for place in places)))
+    seen = 0
+    for panel in [*campaign_panels(results), *drop_panels(results)]:
+        figure = _drawn(panel) if isinstance(panel, Panel) else Figure()
+        for ax in figure.axes:
+            legend = ax.get_legend()
+            if legend is not None:
+                box = legend.get_window_extent()
+                assert box.y0 >= ax.get_window_extent().y1 - 1.0, panel
+                assert box.x0 >= -1.0, panel
+                assert box.y1 <= figure.bbox.height + 1.0, panel
+                seen += 1
+    assert seen >= 9
+
+
+def test_a_line_of_the_models_peaks_joins_drops_of_one_sphere_only(panels: list[Panel]) -> None:
+    panel = next(panel for panel in panels if panel.key == "4c")
+    ax = _drawn(panel).axes[0]
+    model = panel.data[panel.data["series"] == "model"]
+    for line in ax.get_lines():
+        drawn = model[model["stretch_peak"].isin(np.asarray(line.get_ydata(), float))]
+        if line.get_color() in {VERMILION, GREEN} and len(drawn) > 0:
+            assert len(drawn[["g_inf_pa", "diameter_m"]].drop_duplicates()) == 1
+
+
+def test_every_symbol_of_a_seal_is_in_the_legend(panels: list[Panel]) -> None:
+    for key in ("4b", "6a", "7d"):
+        panel = next(panel for panel in panels if panel.key == key)
+        texts = [text.get_text() for text in _drawn(panel).axes[0].get_legend().get_texts()]
+        assert "sphere seal" in texts, key
 
 
 def test_bottom_position_is_in_diameters_and_pinch_off_times(campaign: Campaign, panels: list[Panel]) -> None:

@@ -11,7 +11,7 @@ from matplotlib.figure import FigureBase
 
 from wentry_cli.report.campaign import Campaign, DropResults
 from wentry_cli.report.curves import measured
-from wentry_cli.report.legends import clear_limits
+from wentry_cli.report.legends import clear_limits, legend_above
 from wentry_cli.report.names import file_stem
 from wentry_cli.report.panel import NotDrawn, Panel
 from wentry_cli.report.stretch_curves import measured_stretch, model_stretch
@@ -87,7 +87,7 @@ def _draw_impacts(figure: FigureBase, data: pd.DataFrame) -> None:
     ax.set(xlabel="$t$ (ms)", ylabel=r"$\lambda$")
     ax.margins(x=0.02)
     clear_limits(ax, (), [1.0, *data["stretch"]], pad=0.06)
-    ax.legend(loc="upper right")
+    legend_above(ax, width_in=WIDE_SIZE[0])
 
 
 def _labels(groups: Sequence[tuple[object, pd.DataFrame]]) -> list[str]:
@@ -122,4 +122,4 @@ def _draw_compression(figure: FigureBase, data: pd.DataFrame) -> None:
         ax.plot(thousandth, shown["force_n"], "s", markersize=2.8, color=color, markerfacecolor="none", label=label)
         ax.plot(thousandth, shown["force_model_n"], color=color, linewidth=1.1)
     ax.set(xlabel="displacement (mm)", ylabel="force (N)")
-    ax.legend(loc="upper left")
+    legend_above(ax)

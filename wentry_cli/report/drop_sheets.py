@@ -12,6 +12,7 @@ from matplotlib.figure import FigureBase
 
 from wentry_cli.report.campaign import Campaign, DropResults
 from wentry_cli.report.curves import measured
+from wentry_cli.report.legends import legend_above
 from wentry_cli.report.names import file_stem
 from wentry_cli.report.panel import NotDrawn, Panel
 from wentry_cli.report.stretch_curves import draw_stretch, measured_stretch, model_stretch
@@ -99,13 +100,13 @@ def _draw_positions(ax: Axes, data: pd.DataFrame) -> None:
         if not shown.empty:
             ax.plot(shown["t_ms"], shown["y_mm"], ".", markersize=2.4, color=color, label=name)
     ax.set_ylabel("$y$ (mm)")
-    ax.legend(loc="best", markerscale=2.5)
+    legend_above(ax, markerscale=2.5)
 
 
 def _draw_stretch(ax: Axes, data: pd.DataFrame) -> None:
     draw_stretch(ax, data)
     ax.set_ylabel(r"$\lambda$")
-    ax.legend(loc="best")
+    legend_above(ax)
 
 
 def _motion(drop: DropResults, column: str) -> pd.DataFrame:
@@ -131,4 +132,4 @@ def _draw_motion(ax: Axes, data: pd.DataFrame, label: str) -> None:
         ax.plot(t, value, color=color, linewidth=1.0, label=name)
     ax.set(ylabel=label, ylim=(low - room, high + room))
     if len(set(data["series"])) > 1:
-        ax.legend(loc="best")
+        legend_above(ax)

@@ -10,7 +10,7 @@ from matplotlib.figure import FigureBase
 
 from wentry_cli.report.campaign import Campaign, DropResults, example_drop
 from wentry_cli.report.curves import measured
-from wentry_cli.report.legends import clear_limits
+from wentry_cli.report.legends import clear_limits, legend_above
 from wentry_cli.report.moments import telling_moments
 from wentry_cli.report.panel import NotDrawn, Panel
 from wentry_cli.report.style import BLACK, GREY, stiffness_shade
@@ -89,7 +89,7 @@ def stretch_in_time(campaign: Campaign) -> Panel | NotDrawn:
                     label="both views" if source == "both" else f"{source} view",
                 )  # fmt: skip
         ax.set(xlabel="$t$ (ms)", ylabel=r"$\lambda$")
-        ax.legend(loc="upper right")
+        legend_above(ax)
         ax.margins(x=0.03)
         clear_limits(ax, (), [1.0, *data["stretch"]], pad=0.06)
 

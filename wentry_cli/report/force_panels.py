@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 
 from wentry_cli.report.campaign import Campaign
 from wentry_cli.report.curves import conditions, mean_curve, measured
-from wentry_cli.report.legends import size_handles
+from wentry_cli.report.legends import legend_above, size_handles
 from wentry_cli.report.panel import NotDrawn, Panel
 from wentry_cli.report.style import BLACK, BLUE, GREY, PANEL_SIZE, line_width, marker_size
 from wentry_cli.report.velocity_panels import LATEST, with_gaps
@@ -41,7 +41,7 @@ def force_coefficients(campaign: Campaign) -> Panel | NotDrawn:
             )  # fmt: skip
         latest = 1.04 * float(data["t_mid_over_tp"].max())
         ax.set(xlabel="$t/t_p$", ylabel=r"$\overline{C}_F,\ C_F$", xlim=(0, latest), ylim=(low, high))
-        ax.legend(handles=_handles(data), loc="upper right")
+        legend_above(ax, _handles(data))
 
     caption = (
         "Coefficient of the net force against t/t_p, positive where the acceleration is upwards (ÿ_c > 0), against the "

@@ -11,6 +11,7 @@ from matplotlib.figure import FigureBase
 from wentry_cli.report.campaign import Campaign, DropResults
 from wentry_cli.report.curves import measured
 from wentry_cli.report.flight_motion import flight_acceleration, flight_velocity
+from wentry_cli.report.legends import legend_above
 from wentry_cli.report.names import file_stem
 from wentry_cli.report.panel import NotDrawn, Panel
 from wentry_cli.report.style import BLUE, GREY, VERMILION
@@ -66,4 +67,4 @@ def _draw_flight(figure: FigureBase, data: pd.DataFrame) -> None:
         )
         upper.set_ylabel(f"${name}_c$ (mm)")
         lower.set(xlabel="$t$ (ms)", ylabel="residual (µm)")
-        upper.legend(loc="best")
+        legend_above(upper)

@@ -2,19 +2,83 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.lines import Line2D
+from matplotlib.textpath import TextPath
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from wentry_cli.report.style import LARGE, SMALL, Look, is_large, kilopascal, line_width, marker_size, stiffness_shade
+from wentry_cli.report.style import (
+    LARGE,
+    PANEL_SIZE,
+    SMALL,
+    Look,
+    is_large,
+    kilopascal,
+    line_width,
+    marker_size,
+    stiffness_shade,
+)  # fmt: skip
 
-SEAL_MARKS = {"sphere_seal": ("D", "seals at the sphere"), "surface_seal": ("s", "seals at the surface")}
+SEAL_MARKS = {"sphere_seal": ("D", "sphere seal"), "surface_seal": ("s", "surface seal")}
 EDGE: Look = {"markeredgecolor": "#222222", "markeredgewidth": 0.5}
+LETTERS_PT = 6.4  # size of the letters of a legend above the axes
+HANDLE = 2.0  # length of its lines, in letters
+GAP = 1.0  # between its columns, in letters
+
+
+def legend_above(
+    ax: Axes, handles: Sequence[Artist] | None = None, width_in: float = PANEL_SIZE[0], **look: Any
+) -> None:
+    """Put the legend above the axes, where it hides no data: as many columns as ``width_in`` inches hold.
+
+    ``handles`` are the labelled artists, those of the axes by default; nothing is drawn where there is none.
+    """
+    found = list(ax.get_legend_handles_labels()[0] if handles is None else handles)
+    labels = [str(handle.get_label()) for handle in found]
+    if not found:
+        return
+    handle = float(look.get("handlelength", HANDLE))
+    widths = [_width_pt(label) + LETTERS_PT * (handle + 0.8) for label in labels]
+    most = max(n for n in range(1, len(found) + 1) if n == 1 or _spread_pt(widths, n) < 72.0 * (width_in - 0.3))
+    columns = math.ceil(len(found) / math.ceil(len(found) / most))  # as even as the number of rows allows
+    settings: Look = {
+        "loc": "lower right",
+        "bbox_to_anchor": (1.0, 1.0),
+        "fontsize": LETTERS_PT,
+        "handlelength": handle,
+        "columnspacing": GAP,
+        "borderpad": 0.2,
+    }
+    ax.legend(found, labels, ncols=columns, **settings | look)
+
+
+def _width_pt(label: str) -> float:
+    """Width of a label in points."""
+    return float(TextPath((0.0, 0.0), label, size=LETTERS_PT).get_extents().width) if label.strip() else 0.0
+
+
+def _spread_pt(widths: Sequence[float], columns: int) -> float:
+    """Width in points of a legend whose entries run down its columns, the longer columns first."""
+    columns_of = np.array_split(np.asarray(widths), columns)
+    return float(sum(part.max() for part in columns_of)) + GAP * LETTERS_PT * (columns - 1)
+
+
+def point_handles(points: pd.DataFrame) -> list[Line2D]:
+    """Entries of ``draw_points``: stiffness, size, and the seals that have a symbol of their own (``seal_type``)."""
+    handles = [*stiffness_handles(points), *size_handles(points)]
+    for seal, (mark, label) in SEAL_MARKS.items():
+        if bool((points["seal_type"] == seal).any()):
+            look: Look = {"linestyle": "", "marker": mark, "markersize": 4.5, "color": "#222222", "mfc": "none"}
+            handles.append(Line2D([], [], label=label, **look))
+    return handles
 
 
 def stiffness_handles(data: pd.DataFrame, line: bool = False) -> list[Line2D]:

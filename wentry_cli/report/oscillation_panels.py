@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,23 +14,30 @@ from matplotlib.patches import Patch
 from wentry_cli.report.campaign import Campaign, DropResults, as_number, example_drop
 from wentry_cli.report.curves import grouped_points, measured
 from wentry_cli.report.fits import fit_rows, slope_text
-from wentry_cli.report.legends import EDGE, clear_limits, draw_points, plain_decades, size_handles, stiffness_handles
+from wentry_cli.report.legends import (
+    EDGE,
+    clear_limits,
+    draw_points,
+    legend_above,
+    plain_decades,
+    point_handles,
+    size_handles,
+)  # fmt: skip
 from wentry_cli.report.numbers import with_uncertainty
 from wentry_cli.report.panel import NotDrawn, Panel, rows
 from wentry_cli.report.stretch_curves import draw_stretch, measured_stretch, model_stretch
 from wentry_cli.report.style import (
     BLACK,
+    GREEN,
     GREY,
-    LARGE,
+    ORANGE,
+    PURPLE,
     QUOTED,
     QUOTED_MODEL,
     SKY,
-    SMALL,
-    THICK,
-    THIN,
     VERMILION,
     Look,
-    is_large,
+    line_width,
     marker_size,
     period_shade,
 )  # fmt: skip
@@ -42,7 +48,12 @@ from wentry_cli.report.theory import (
     PERIOD_IN_WATER,
 )  # fmt: skip
 
-PERIOD_DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (2, 1.2)), (0, (1, 1)))  # of N = 2 to 5
+PERIOD_LINES: dict[int, Look] = {  # of the model's peaks N; blue is for rigid spheres
+    2: {"color": VERMILION, "linestyle": "-"},
+    3: {"color": GREEN, "linestyle": (0, (5, 1.5))},
+    4: {"color": PURPLE, "linestyle": (0, (2, 1.2))},
+    5: {"color": ORANGE, "linestyle": (0, (1, 1))},
+}
 IDENTITY = ["series", "drop", "repeats", "rigid", "g_inf_pa", "diameter_m", "seal_type"]
 
 
@@ -78,8 +89,8 @@ def oscillation_period(campaign: Campaign) -> Panel | NotDrawn:
                 row["scale_ms"], row["period_ms"], "^", markersize=0.9 * marker_size(row["diameter_m"]),
                 color="none", markeredgecolor=VERMILION, markeredgewidth=0.9, zorder=3,
             )  # fmt: skip
-        ax.set(xlabel=r"$D/\sqrt{G_\infty/\rho_s}$ (ms)", ylabel="$T$ (ms)", xlim=(0, stop), ylim=(0, 1.72 * stop))
-        ax.legend(handles=_period_legend(data), loc="upper left", ncols=2, columnspacing=1.0, fontsize=6.2)
+        ax.set(xlabel=r"$D/\sqrt{G_\infty/\rho_s}$ (ms)", ylabel="$T$ (ms)", xlim=(0, stop), ylim=(0, 1.55 * stop))
+        legend_above(ax, _period_legend(data))
 
     caption = (
         f"Free period T, first to second peak of λ. Experiment: {slope_text(experiment)}; model: {slope_text(model)}. "
@@ -132,7 +143,7 @@ def _period_lines(ax: Axes, data: pd.DataFrame) -> None:
 def _period_legend(data: pd.DataFrame) -> list[Line2D | Patch]:
     points = data[data["series"].isin(["experiment", "model"])]
     fitted = {name for name in ("experiment", "model") if bool((data["series"] == f"fit {name}").any())}
-    handles: list[Line2D | Patch] = [*stiffness_handles(points), *size_handles(points)]
+    handles: list[Line2D | Patch] = [*point_handles(points)]
     if bool((points["series"] == "model").any()):
         look: Look = {"marker": "^", "markersize": 5, "markeredgecolor": VERMILION, "color": VERMILION, "mfc": "none"}
         with_line: Look = {"linewidth": 1.0} if "model" in fitted else {"linestyle": ""}
@@ -140,8 +151,8 @@ def _period_legend(data: pd.DataFrame) -> list[Line2D | Patch]:
     if "experiment" in fitted:
         handles.append(Line2D([], [], color=BLACK, linewidth=1.0, label="fit"))
     handles += [
-        Line2D([], [], label=f"paper, experiment: {PAPER_PERIOD_EXPERIMENT}", **QUOTED),
-        Line2D([], [], label=f"paper, model: {PAPER_PERIOD_MODEL}", **QUOTED_MODEL),
+        Line2D([], [], label=f"paper: {PAPER_PERIOD_EXPERIMENT}", **QUOTED),
+        Line2D([], [], label=f"paper's model: {PAPER_PERIOD_MODEL}", **QUOTED_MODEL),
         Patch(facecolor=VERMILION, alpha=0.16, label="theory, in air"),
         Patch(facecolor=SKY, alpha=0.16, label="theory, in water"),
     ]
@@ -154,9 +165,11 @@ def stretch_peaks(campaign: Campaign) -> Panel | NotDrawn:
     drops = [drop for drop in campaign.drops if drop.deformable_entry]
     found: list[dict[str, object]] = []
     for period in range(1, 6):
-        for series, point in (("experiment", _measured_peak), ("model", _model_peak)):
-            points = grouped_points(drops, lambda drop, point=point, period=period: point(drop, period))  # type: ignore[misc]
-            found += [{**row, "series": series, "period": period} for row in points]
+        points = grouped_points(drops, lambda drop, period=period: _measured_peak(drop, period))  # type: ignore[misc]
+        found += [{**row, "series": "experiment", "period": period} for row in points]
+        if points:  # a prediction that no measurement meets would only crowd the line of 1
+            model = grouped_points(drops, lambda drop, period=period: _model_peak(drop, period))  # type: ignore[misc]
+            found += [{**row, "series": "model", "period": period} for row in model]
     data = rows(found, [*IDENTITY, "period", "stiffness_ratio", "stretch_peak", "stretch_peak_unc"])
     if data[data["series"] == "experiment"].empty:
         return NotDrawn("4c", title, "no drop has a measured peak of λ together with G∞/(ρ_w U₀²)")
@@ -174,13 +187,13 @@ def stretch_peaks(campaign: Campaign) -> Panel | NotDrawn:
         clear_limits(ax, data["stiffness_ratio"], [1.0, *data["stretch_peak"]])
         ax.axhline(1.0, color=GREY, linewidth=0.6, zorder=0)  # a single point has no limits of its own to draw it in
         plain_decades(ax.xaxis)
-        ax.legend(handles=_peak_legend(data), loc="upper right", ncols=2, columnspacing=1.0)
+        legend_above(ax, _peak_legend(data), handlelength=2.6)
 
     caption = (
-        "Greatest stretch λ_pN of period N (symbols: experiment; lines: model, which starts from the measured first "
-        "peak, so "
-        "that it predicts from N = 2 on). Thin lines and small symbols: small spheres; thick and large: large spheres. "
-        "Bars: standard uncertainty, of repeated drops the spread."
+        "Greatest stretch λ_pN of period N. Symbols: experiment; lines, of one material each, or dashes where it has "
+        "one drop: model, which starts from the measured first peak, so that it predicts from N = 2 on. Thin lines and "
+        "small symbols: small spheres; thick and large: large spheres. Bars: standard uncertainty, of repeated drops "
+        "the spread."
     )
     return Panel("4c", "fig_4c_stretch_peaks", title, caption, data, draw)
 
@@ -205,35 +218,26 @@ def _model_peak(drop: DropResults, period: int) -> dict[str, float]:
 
 
 def _peak_lines(ax: Axes, data: pd.DataFrame) -> None:
-    for period in range(2, 6):
-        for large in (False, True):
-            line = data[(data["period"] == period) & (data["diameter_m"].map(is_large) == large)]
-            line = line.sort_values("stiffness_ratio", kind="stable")
-            dashes = PERIOD_DASHES[period - 2]
-            look: Look = {"color": VERMILION, "linewidth": THICK if large else THIN, "zorder": 2, "linestyle": dashes}
-            if len(line) > 1:
-                ax.plot(line["stiffness_ratio"], line["stretch_peak"], **look)
-            elif len(line) == 1:
-                ax.plot(
-                    line["stiffness_ratio"],
-                    line["stretch_peak"],
-                    marker="_",
-                    markersize=LARGE if large else SMALL,
-                    **look,
-                )
+    """Draw a line through the model's peaks N of each material and size of sphere, a dash where it has one drop."""
+    for _, found in data[data["period"] > 1].groupby(["period", "g_inf_pa", "diameter_m"]):
+        line = found.sort_values("stiffness_ratio", kind="stable")
+        period, size = int(line["period"].iloc[0]), float(line["diameter_m"].iloc[0])
+        look = {**PERIOD_LINES[period], "linewidth": 1.2 * line_width(size), "zorder": 3}
+        if len(line) == 1:
+            look |= {"marker": "_", "markersize": 2.0 * marker_size(size), "markeredgewidth": look["linewidth"]}
+        ax.plot(line["stiffness_ratio"], line["stretch_peak"], **look)
 
 
 def _peak_legend(data: pd.DataFrame) -> list[Line2D]:
-    measured_periods = sorted(set(data.loc[data["series"] == "experiment", "period"]))
-    handles = [
-        Line2D([], [], linestyle="", marker="o", markersize=5.5, color=period_shade(n), label=f"$N$ = {n}", **EDGE)
-        for n in measured_periods
-    ]
-    lines = data[(data["series"] == "model") & (data["period"] > 1)]
-    handles += [
-        Line2D([], [], color=VERMILION, linewidth=1.2, linestyle=PERIOD_DASHES[n - 2], label=f"model, $N$ = {n}")
-        for n in sorted(set(lines["period"]))
-    ]
+    """An entry for each N: its symbol, on the model's line where there is one."""
+    lines = set(data.loc[data["series"] == "model", "period"])
+    handles = []
+    for n in sorted(set(data.loc[data["series"] == "experiment", "period"])):
+        line = PERIOD_LINES[n] if n > 1 and n in lines else {"linestyle": "", "color": BLACK}
+        look: Look = {**line, "marker": "o", "markersize": 4.5, "markerfacecolor": period_shade(n), **EDGE}
+        handles.append(Line2D([], [], linewidth=1.2, label=f"$N$ = {n}", **look))
+    if lines - {1}:
+        handles.append(Line2D([], [], linewidth=1.2, label="lines: model", **PERIOD_LINES[2]))
     return [*handles, *size_handles(data)]
 
 
@@ -260,7 +264,7 @@ def stretch_model(campaign: Campaign) -> Panel | NotDrawn:
         ax = figure.subplots()
         draw_stretch(ax, data)
         ax.set(xlabel="$t$ (ms)", ylabel=r"$\lambda$")
-        ax.legend(loc="upper right")
+        legend_above(ax)
 
     caption = (
         f"Stretch of drop {drop.name}: measured (triangles), the viscoelastic model from its first peak on "

@@ -15,13 +15,12 @@ from matplotlib.patches import Patch
 from wentry_cli.report.campaign import Campaign, DropResults
 from wentry_cli.report.curves import grouped_points
 from wentry_cli.report.fits import fit_rows, slope_text
-from wentry_cli.report.legends import SEAL_MARKS, draw_points, size_handles, stiffness_handles
+from wentry_cli.report.legends import draw_points, legend_above, point_handles
 from wentry_cli.report.panel import NotDrawn, Panel, rows
-from wentry_cli.report.style import BLACK, GREEN, QUOTED, Look
+from wentry_cli.report.style import BLACK, GREEN, QUOTED
 from wentry_cli.report.theory import PAPER_PINCH_OFF, PUBLISHED_BETA, published_pinch_off_band, ring_model_pinch_off
 
 COLUMNS = ["series", "drop", "repeats", "rigid", "g_inf_pa", "diameter_m", "seal_type"]
-LEGEND: Look = {"fontsize": 6.4}
 
 
 def pinch_off_diameter(campaign: Campaign) -> Panel | NotDrawn:
@@ -129,17 +128,7 @@ def _size_relative(drop: DropResults) -> float:
     return relative if math.isfinite(relative) else 0.0
 
 
-def _handles(points: pd.DataFrame) -> list[Line2D | Patch]:
-    handles: list[Line2D | Patch] = [*stiffness_handles(points), *size_handles(points)]
-    for seal, (mark, label) in SEAL_MARKS.items():
-        if bool((points["seal_type"] == seal).any()):
-            look: Look = {"linestyle": "", "marker": mark, "markersize": 4.5, "color": "#222222", "mfc": "none"}
-            handles.append(Line2D([], [], label=label, **look))
-    return handles
-
-
 def _finish(ax: Axes, points: pd.DataFrame, names: tuple[str, str], lines: list[Line2D | Patch]) -> None:
     x, y = (float(points[name].max()) for name in names)
-    ax.set(xlim=(0, 1.12 * x), ylim=(0, 1.3 * max(y, 1.3 * x)))
-    ax.add_artist(ax.legend(handles=_handles(points), loc="upper left", **LEGEND))
-    ax.legend(handles=lines, loc="lower right", **LEGEND)
+    ax.set(xlim=(0, 1.12 * x), ylim=(0, 1.12 * max(y, 1.3 * x)))
+    legend_above(ax, [*point_handles(points), *lines])

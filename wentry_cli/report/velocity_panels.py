@@ -15,7 +15,16 @@ from matplotlib.lines import Line2D
 from wentry_cli.report.campaign import Campaign, DropResults, as_number
 from wentry_cli.report.curves import Curve, conditions, grouped_points, mean_curve, measured
 from wentry_cli.report.fits import slope_text
-from wentry_cli.report.legends import clear_limits, draw_points, plain_decades, size_handles, span_of, stiffness_handles
+from wentry_cli.report.legends import (
+    clear_limits,
+    draw_points,
+    legend_above,
+    plain_decades,
+    point_handles,
+    size_handles,
+    span_of,
+    stiffness_handles,
+)  # fmt: skip
 from wentry_cli.report.numbers import with_uncertainty
 from wentry_cli.report.panel import NotDrawn, Panel, rows
 from wentry_cli.report.style import BLACK, GREEN, GREY, QUOTED, line_width, stiffness_shade
@@ -112,7 +121,7 @@ def _draw_velocity(figure: FigureBase, data: pd.DataFrame) -> None:
             ax.axvline(end, color=shade, linewidth=0.9, linestyle=(0, (4, 2)), zorder=1)
     ax.set(xlabel="$t/t_p$", ylabel=r"$|\dot{y}_c|/U_0$", xlim=(0, min(LATEST, float(data["t_over_tp"].max()))))
     ax.set_ylim(0, 1.08 * max(1.0, float(data["speed_over_u0"].quantile(0.998))))
-    ax.legend(handles=[*stiffness_handles(data, line=True), *size_handles(data, line=True)], loc="upper right")
+    legend_above(ax, [*stiffness_handles(data, line=True), *size_handles(data, line=True)])
 
 
 def with_gaps(curve: pd.DataFrame, known_to: float = math.inf) -> pd.DataFrame:
@@ -152,7 +161,7 @@ def velocity_change(campaign: Campaign) -> Panel | NotDrawn:
                   ["series", "drop", "repeats", "rigid", "g_inf_pa", "diameter_m", "seal_type",
                    "stiffness_ratio", "delta_u_over_u0", "delta_u_over_u0_unc"])  # fmt: skip
     x = np.geomspace(
-        0.6 * min(points["stiffness_ratio"].min(), 0.1), 1.6 * max(points["stiffness_ratio"].max(), 1.0), 60
+        0.5 * min(points["stiffness_ratio"].min(), 0.1), 2.0 * max(points["stiffness_ratio"].max(), 2.0), 60
     )
     law = x**PAPER_DELTA_U_EXPONENT
     high, low = (added_mass_prefactor(stretch) for stretch in PAPER_STRETCH_RANGE)
@@ -211,16 +220,15 @@ def _draw_change(ax: Axes, data: pd.DataFrame, points: pd.DataFrame) -> None:
     ax.axhline(1.0, **QUOTED)
     ax.axvline(PAPER_STIFFNESS_LIMIT, **QUOTED)
     draw_points(ax, points, "stiffness_ratio", "delta_u_over_u0")
-    clear_limits(ax, [0.1, 1.0, *points["stiffness_ratio"]], [1.6, *points["delta_u_over_u0"]])
+    clear_limits(ax, [0.1, 2.0, *points["stiffness_ratio"]], [0.3, 1.0, *points["delta_u_over_u0"]])
     ax.set(xlabel=r"$G_\infty/\rho_w U_0^2$", ylabel=r"$\Delta U/U_0$")
     plain_decades(ax.xaxis)
     plain_decades(ax.yaxis)
     handles = [
-        *stiffness_handles(points),
-        *size_handles(points),
+        *point_handles(points),
         Line2D([], [], color=BLACK, linewidth=1, label="slope −1/2"),
     ]
     if not fit.empty:
         handles.append(Line2D([], [], color=GREY, linewidth=1.2, linestyle=(0, (5, 2)), label="own fit"))
     handles.append(Line2D([], [], color=GREEN, alpha=0.3, linewidth=5, label="with added mass"))
-    ax.legend(handles=handles, loc="lower left", fontsize=6.4, frameon=True, framealpha=0.85, edgecolor="none")
+    legend_above(ax, handles)
