@@ -36,6 +36,18 @@ def _yellow_rows(t_s: float, surface: float) -> NDArray[np.float64]:
     return np.array(rows)
 
 
+@pytest.mark.parametrize("dark_side", ["right", "left"])
+def test_the_scale_bar_stands_out_from_the_ground_below_it(dark_side: str) -> None:
+    picture = np.full((SIZE, SIZE), 255, np.uint8)
+    picture[:, slice(SIZE // 2, None) if dark_side == "right" else slice(0, SIZE // 2)] = 0
+    figure = Figure(figsize=(4.0, 4.0), dpi=100)
+    shot = Shot(picture, {"t_s": 0.0, "status": "gap"}, Moment(0.0, ""))
+    _draw_strip(figure, [shot], (0, 0, SIZE, SIZE), "side", 1000.0, math.nan)
+    (bar,) = figure.axes[0].patches
+    assert bar.get_window_extent().width > 20.0
+    assert bar.get_facecolor()[:3] == ((1.0,) * 3 if dark_side == "right" else (0.0,) * 3)
+
+
 def test_the_ellipse_of_a_sphere_in_water_ends_at_the_surface() -> None:
     rows = _yellow_rows(0.01, SURFACE)
     assert rows.min() == pytest.approx(SURFACE, abs=1.0)

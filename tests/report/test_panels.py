@@ -487,6 +487,19 @@ def test_both_strips_of_a_drop_show_the_same_frames(campaign: Campaign) -> None:
     assert abs(frames["side"] - at_peak) == 1
 
 
+def test_a_frame_beside_the_impact_is_not_called_impact(campaign: Campaign) -> None:
+    """Where the frame at contact was not measured, the one before it is shown and says what it is."""
+    side = campaign.drops[1].table("side").copy()
+    none = side.head(0)
+    times = side["t_s"].to_numpy(float)
+    contact = int(np.argmin(abs(times)))
+    ((moment, row),) = _chosen_rows(side, none, [Moment(0.0, "impact")])
+    assert (moment.label, row["frame"]) == ("impact", contact)
+    side.loc[[contact, contact + 1], "status"] = "occluded"
+    ((moment, row),) = _chosen_rows(side, none, [Moment(0.0, "impact")])
+    assert (moment.label, row["frame"]) == ("before contact", contact - 1)
+
+
 def test_a_view_alone_shows_the_frame_that_it_has_measured(campaign: Campaign) -> None:
     drop = campaign.drops[1]
     side, none = drop.table("side"), drop.table("top").head(0)

@@ -7,11 +7,12 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 from matplotlib.patches import Ellipse, Rectangle
-from matplotlib.patheffects import withStroke
+from numpy.typing import NDArray
 
 from wentry_cli.errors import WentryError
 from wentry_cli.frames.reader import Recording, Region
@@ -134,7 +135,7 @@ def _draw_strip(figure: FigureBase, shots: list[Shot], region: Region, view: str
         note = shot.moment.label if status == "ok" else status.replace("_", " ")
         title = f"{1e3 * as_number(shot.row['t_s']):.{places}f} ms\n{plain(note)}"
         ax.set_title(title, fontsize=6.0, fontweight="normal", loc="center", pad=2.0, linespacing=1.1)
-    _scale_bar(axes[-1], region, scale)
+    _scale_bar(axes[-1], shots[-1].picture, region, scale)
 
 
 def _overlay_side(ax: Axes, row: dict[str, Any], surface: float) -> None:
@@ -169,12 +170,18 @@ def _overlay_top(ax: Axes, row: dict[str, Any]) -> None:
         ax.add_patch(circle)
 
 
-def _scale_bar(ax: Axes, region: Region, scale: float) -> None:
+def _scale_bar(ax: Axes, picture: NDArray[np.uint8], region: Region, scale: float) -> None:
+    """Draw the bar at the lower right: black on bright ground, white on dark."""
     length = scale_bar_mm(region, scale)
     if not length:
         return
-    x0, _, x1, y1 = region
-    right, row = x1 - 0.06 * (x1 - x0), y1 - 0.06 * (x1 - x0)
-    left = right - 1e-3 * length * scale
-    ax.plot([left, right], [row, row], color="black", linewidth=1.6, solid_capstyle="butt",
-            path_effects=[withStroke(linewidth=3.0, foreground="white")])  # fmt: skip
+    x0, y0, x1, y1 = region
+    width, thick, room = 1e-3 * length * scale, 0.025 * (x1 - x0), 0.06 * (x1 - x0)
+    left, top = x1 - room - width, y1 - room - thick
+    shrink = picture.shape[1] / (x1 - x0)
+    across = np.array([left - x0, left + width - x0])
+    down = np.array([top - y0, top + thick - y0])
+    (first, last), (upper, lower) = ((ends * shrink).astype(int) for ends in (across, down))
+    ground = picture[upper : lower + 1, first : last + 1]
+    color = "black" if float(ground.mean()) > 127.0 else "white"
+    ax.add_patch(Rectangle((left, top), width, thick, facecolor=color, linewidth=0))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import cv2
@@ -67,8 +67,16 @@ def _chosen_rows(
         near = away + np.where(away > 2.5 * step, 20.0, np.where(both, 0.0, np.where(good, 5.0, 20.0))) * step
         nearest = int(np.nanargmin(near))
         if away[nearest] <= 2.5 * step and nearest not in chosen:
-            chosen[nearest] = (moment, {str(key): value for key, value in rows[nearest].items()})
+            told = _of_contact(moment, float(times[nearest]), float(np.nanmin(away)))
+            chosen[nearest] = (told, {str(key): value for key, value in rows[nearest].items()})
     return [chosen[place] for place in sorted(chosen)]
+
+
+def _of_contact(moment: Moment, time: float, nearest: float) -> Moment:
+    """Say of a frame at ``time`` that it is before or after contact where another frame is nearer to the impact."""
+    if moment.label != "impact" or abs(time - moment.t_s) <= nearest:
+        return moment
+    return replace(moment, label="before contact" if time < moment.t_s else "after contact")
 
 
 def _times(table: pd.DataFrame) -> NDArray[np.float64]:
