@@ -115,7 +115,7 @@ def test_pdf_is_complete_and_undated(campaign: Path) -> None:
 
 def test_page_names_numbers_units_and_the_papers_values(campaign: Path) -> None:
     text = read_page(campaign).text
-    for words in ("1.450 ± 0.020", "1.410 to 1.490", "t_p (ms)", "103.76 ± 0.20", "k = 1", "sphere seal", "280 / 300"):
+    for words in ("1.450 ± 0.020", "1.410 to 1.490", "tp (ms)", "103.76 ± 0.20", "k = 1", "sphere seal", "280 / 300"):
         assert words in text
     assert "no_edge" in text
     assert "nan" not in re.findall(r"[a-z]+", text.lower())
@@ -205,7 +205,7 @@ def test_a_missing_or_broken_table_costs_its_panels_only(tmp_path: Path, name: s
 
 
 def test_two_sheets_fill_a_page(campaign: Path) -> None:
-    from wentry_cli.report.document import _onto_pages
+    from wentry_cli.report.document import _onto_pages, _rows
     from wentry_cli.report.drawing import Drawn
     from wentry_cli.report.drop_sheets import drop_sheets
     from wentry_cli.report.panel import Panel
@@ -214,24 +214,36 @@ def test_two_sheets_fill_a_page(campaign: Path) -> None:
     (sheet,) = drop_sheets(soft)
     assert isinstance(sheet, Panel)
     assert len(set(sheet.data["part"])) == 4
-    pages = list(_onto_pages([Drawn(sheet, b"", ())] * 4))
+    pages = _onto_pages(_rows([Drawn(sheet, b"", ())] * 4))
     assert [len(page) for page in pages] == [2, 2]
 
 
-def test_no_heading_of_the_pdf_is_alone_at_the_foot_of_a_page(monkeypatch: pytest.MonkeyPatch) -> None:
-    from wentry_cli.report import print_text
+def test_no_heading_of_the_pdf_is_alone_at_the_foot_of_a_page() -> None:
+    from wentry_cli.report.document import USED, Line, _onto_pages
+    from wentry_cli.report.print_text import _text, heading
 
-    def lines(count: int) -> list[print_text.Line]:
-        text = [print_text._text(f"line {number}", bold=False) for number in range(count)]
-        return [*text, *print_text._head("Heading"), *text[:3]]
+    broken = 0
+    for count in range(30, 90):
+        text = [_text(f"line {number}") for number in range(count)]
+        pages = _onto_pages([*text, *heading("Heading"), *text[:3]])
+        assert not any(isinstance(page[-1], Line) and page[-1].bold for page in pages)
+        assert all(sum(line.height for line in page) <= USED for page in pages)
+        assert sum(map(len, pages)) == count + 5
+        broken += len(pages) > 1
+    assert broken > 0
 
-    alone = 0
-    for count in range(30, 60):
-        monkeypatch.setattr(print_text, "_lines", lambda _, count=count: lines(count))
-        pages = [[text.get_text() for text in page.texts] for page in print_text.text_pages(None)]  # type: ignore[arg-type]
-        alone += any(page[-1] == "Heading" for page in pages)
-        assert [text for page in pages for text in page].count("Heading") == 1
-    assert alone == 0
+
+def test_a_table_wider_than_the_page_is_printed_in_parts_with_every_cell() -> None:
+    from wentry_cli.report.print_text import _table
+    from wentry_cli.report.tabulation import TextTable
+
+    header = ("drop", *(f"column {n}" for n in range(12)))
+    rows = tuple((name, *(f"{name} {n} ± 0.000123" for n in range(12))) for name in ("a", "b"))
+    lines = _table(TextTable(header, rows))
+    printed = [text for line in lines for _, text in line.cells]
+    assert {cell for row in rows for cell in row} | set(header) == {text for text in printed if text}
+    assert printed.count("a") == printed.count("b") == printed.count("drop") > 1
+    assert all(x < 0.925 for line in lines for x, _ in line.cells)
 
 
 def test_nothing_measured_is_a_page_that_says_so(tmp_path: Path) -> None:
@@ -241,6 +253,26 @@ def test_nothing_measured_is_a_page_that_says_so(tmp_path: Path) -> None:
     text = read_page(results).text
     assert "none of the paper's panels" in text
     assert "not finished" in text
+
+
+def test_sections_with_nothing_in_them_are_left_out(tmp_path: Path) -> None:
+    results = tmp_path / "results"
+    write_campaign(results, (CAMPAIGN[8],))
+    (results / "scaling.csv").unlink()
+    run(results, configured(tmp_path / "videos", (CAMPAIGN[8],)))
+    page = read_page(results)
+    anchors = {link for link in page.links if link.startswith("#")}
+    for word in ("figures", "regressions", "materials"):
+        assert f'id="{word}"' not in (results / "report.html").read_text(encoding="utf-8")
+        assert f"#{word}" not in anchors
+    assert {"#drops", "#single", "#missing", "#provenance"} <= anchors
+
+
+def test_symbols_have_their_index_lowered_and_names_stay() -> None:
+    from wentry_cli.report.symbols import as_html, as_mathtext
+
+    assert as_html("t_p U₀/D_eff of <g6p70_d51_h227>") == "t<sub>p</sub> U₀/D<sub>eff</sub> of &lt;g6p70_d51_h227&gt;"
+    assert as_mathtext("λ_pN $ of run_t_p") == r"$\lambda_{pN}$ \$ of run_t_p"
 
 
 def test_figures_of_an_earlier_report_go(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import math
+import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -82,6 +83,7 @@ class Campaign:
     calibration: pd.DataFrame
     run: Mapping[str, Any] = field(default_factory=dict)
     problems: tuple[str, ...] = ()
+    date: str = ""  # day on which the results were made, year-month-day
 
     def relation(self, name: str) -> dict[str, Any]:
         """Return the row of ``scaling.csv`` of a relation, empty where it was not fitted."""
@@ -127,7 +129,16 @@ def read_campaign(results: Path, names: list[str], table_1: pd.DataFrame | None 
         calibration=_read(results, "calibration", problems),
         run=read_json(results / "run.json"),
         problems=tuple(problems),
+        date=_day(results / "run.json"),
     )
+
+
+def _day(path: Path) -> str:
+    """The day on which a file was written, empty where there is none."""
+    try:
+        return time.strftime("%Y-%m-%d", time.localtime(path.stat().st_mtime))
+    except OSError:
+        return ""
 
 
 def _read_drop(folder: Path, name: str, row: dict[Any, Any] | None) -> DropResults:

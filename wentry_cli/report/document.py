@@ -1,98 +1,150 @@
-"""``report.pdf``: the same panels on A4 pages, made with matplotlib alone."""
+"""``report.pdf``: the report on A4 pages in the order of the page, made with matplotlib alone."""
 
 from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
 from matplotlib.figure import Figure, SubFigure
 
+from wentry_cli.report.campaign import as_text
 from wentry_cli.report.drawing import Drawn, styled
-from wentry_cli.report.page import Content
-from wentry_cli.report.print_text import A4, text_pages
-from wentry_cli.report.style import Look, plain
+from wentry_cli.report.page import Content, page_title
+from wentry_cli.report.print_text import A4, LEFT, RIGHT, Line, closing_lines, heading, number_lines, title_lines
+from wentry_cli.report.style import Look
+from wentry_cli.report.symbols import as_mathtext
 from wentry_cli.tables import replacing
 
 NO_METADATA = {"CreationDate": None, "ModDate": None, "Producer": None, "Creator": "wentry", "Title": "wentry report"}
 MARGINS = (0.055, 0.89, 0.055)
-USED = 11.05  # inches of a page's height that panels may take
-SHRINK = 0.92  # three rows on a page
+TOP_IN, FOOT_IN = 0.4, 0.4  # inches kept free
+USED = A4[1] - TOP_IN - FOOT_IN
+FOLLOWING = 4  # items that go with a heading: itself, the header of its table and a row; or a row of panels
+SHRINK = 0.88  # three rows on a page
 CAPTION: Look = {"fontsize": 5.8, "color": "#444444", "va": "top", "linespacing": 1.25}
+FOOT: Look = {"fontsize": 6.0, "color": "#444444", "va": "bottom"}
 LINE = 0.108  # inches of a line of a caption
 HEAD = 0.24
 
 
+@dataclass(frozen=True)
+class Row:
+    """Panels side by side: two narrow ones or a wide one."""
+
+    panels: tuple[Drawn, ...]
+
+    @property
+    def height(self) -> float:
+        """Inches of the page that the row takes."""
+        lines = max(len(_caption_lines(drawn)) for drawn in self.panels)
+        tallest = max(drawn.panel.size[1] for drawn in self.panels) * (SHRINK if _narrow(self.panels[0]) else 1.0)
+        return tallest + HEAD + LINE * lines + 0.15
+
+
+Item = Line | Row
+
+
 def write_document(content: Content, path: Path) -> None:
-    """Write title page, tables, figures, then the drops one by one; without dates, so that the bytes repeat."""
-    with replacing(path) as temporary, styled(), PdfPages(temporary, metadata=NO_METADATA) as pages:
-        for figure in _pages(content):
+    """Write the figures, the numbers, the drops one by one and the rest; without times, so that the bytes repeat."""
+    pages = _onto_pages(list(_items(content)))
+    version = as_text(content.campaign.run.get("version"))
+    day = f"results of {content.campaign.date}" if content.campaign.date else ""
+    told = ", ".join(part for part in (f"wentry {version}".strip(), day) if part)
+    with replacing(path) as temporary, styled(), PdfPages(temporary, metadata=NO_METADATA) as document:
+        for number, items in enumerate(pages, start=1):
+            figure = _page(items)
+            foot = ((LEFT, page_title(content.campaign)), (0.5, f"{number} of {len(pages)}"), (RIGHT, told))
+            for (x, text), side in zip(foot, ("left", "center", "right"), strict=True):
+                figure.text(x, 0.02, text, ha=side, **FOOT)
             # One pass; savefig would draw everything twice.
-            FigureCanvasPdf(figure).print_pdf(pages)  # type: ignore[no-untyped-call]
+            FigureCanvasPdf(figure).print_pdf(document)  # type: ignore[no-untyped-call]
 
 
-def _pages(content: Content) -> Iterator[Figure]:
-    yield from text_pages(content)
-    for drawn in (content.figures, content.details):
-        for group in _onto_pages(drawn):
-            yield _panel_page(group)
+def _items(content: Content) -> Iterator[Item]:
+    """Everything in order: figures, numbers, drop by drop, and what a reader looks up."""
+    yield from title_lines(content)
+    yield from _rows(content.figures)
+    yield from number_lines(content)
+    if content.details:
+        yield from heading("Drop by drop")
+    for drop in content.campaign.drops:
+        yield from _rows([drawn for drawn in content.details if drawn.panel.drop == drop.name])
+    yield from closing_lines(content)
 
 
 def _narrow(drawn: Drawn) -> bool:
     return drawn.panel.size[0] < 5.0
 
 
-def _onto_pages(panels: Sequence[Drawn]) -> Iterator[list[list[Drawn]]]:
-    """Group panels into rows (two narrow ones or a wide one) and rows into pages."""
-    rows: list[list[Drawn]] = []
+def _rows(panels: Sequence[Drawn]) -> list[Row]:
+    rows: list[Row] = []
     for panel in panels:
-        if _narrow(panel) and rows and len(rows[-1]) == 1 and _narrow(rows[-1][0]):
-            rows[-1].append(panel)
+        if _narrow(panel) and rows and len(rows[-1].panels) == 1 and _narrow(rows[-1].panels[0]):
+            rows[-1] = Row((*rows[-1].panels, panel))
         else:
-            rows.append([panel])
-    page: list[list[Drawn]] = []
-    for row in rows:
-        if page and sum(map(_row_height, [*page, row])) > USED:
-            yield page
-            page = []
-        page.append(row)
-    if page:
-        yield page
+            rows.append(Row((panel,)))
+    return rows
+
+
+def _onto_pages(items: Sequence[Item]) -> list[list[Item]]:
+    """Fill pages in order; a heading stays with what follows it."""
+    pages: list[list[Item]] = [[]]
+    used = 0.0
+    for place, item in enumerate(items):
+        if pages[-1] and used + _together(items[place : place + FOLLOWING]) > USED:
+            pages.append([])
+            used = 0.0
+        pages[-1].append(item)
+        used += item.height
+    return pages
+
+
+def _together(items: Sequence[Item]) -> float:
+    """Inches that the first item needs with what must not be parted from it."""
+    if not (isinstance(items[0], Line) and items[0].bold):
+        return items[0].height
+    needed = 0.0
+    for item in items:
+        needed += item.height
+        if isinstance(item, Row):
+            break
+    return min(needed, USED)
+
+
+def _page(items: Sequence[Item]) -> Figure:
+    figure = Figure(figsize=A4)
+    y = TOP_IN
+    for item in items:
+        if isinstance(item, Line):
+            for x, text in item.cells:
+                weight = "bold" if item.bold else "normal"
+                figure.text(x, 1.0 - y / A4[1], as_mathtext(text), va="top", fontsize=item.size, fontweight=weight)
+        else:
+            below = max(A4[1] - y - item.height, 0.01)
+            grid = figure.add_gridspec(3, 3, height_ratios=(y, item.height, below), width_ratios=MARGINS)
+            part = figure.add_subfigure(grid[1, 1])
+            cells = part.subfigures(1, 2 if _narrow(item.panels[0]) else 1, squeeze=False)[0]
+            for cell, drawn in zip(cells, item.panels, strict=False):
+                _panel_cell(cell, drawn, item.height)
+        y += item.height
+    return figure
 
 
 def _caption_lines(drawn: Drawn) -> list[str]:
     return textwrap.wrap(drawn.panel.caption, 82 if _narrow(drawn) else 170)
 
 
-def _row_height(row: list[Drawn]) -> float:
-    lines = max(len(_caption_lines(drawn)) for drawn in row)
-    tallest = max(drawn.panel.size[1] for drawn in row) * (SHRINK if _narrow(row[0]) else 1.0)
-    return tallest + HEAD + LINE * lines + 0.14
-
-
-def _panel_page(rows: list[list[Drawn]]) -> Figure:
-    figure = Figure(figsize=A4)
-    heights = [*map(_row_height, rows)]
-    middle = figure.subfigures(1, 3, squeeze=False, width_ratios=MARGINS)[0, 1]
-    top = 0.3
-    rest = max(A4[1] - sum(heights) - top, 0.01)
-    parts = middle.subfigures(len(rows) + 2, 1, height_ratios=[top, *heights, rest], squeeze=False)[1:-1, 0]
-    for part, row, height in zip(parts, rows, heights, strict=True):
-        cells = part.subfigures(1, 2 if _narrow(row[0]) else 1, squeeze=False)[0]
-        for cell, drawn in zip(cells, row, strict=False):
-            _panel_cell(cell, drawn, height)
-    return figure
-
-
 def _panel_cell(cell: SubFigure, drawn: Drawn, height: float) -> None:
     panel, lines = drawn.panel, _caption_lines(drawn)
-    text = LINE * len(lines) + 0.1
+    text = LINE * len(lines) + 0.12
     heights = [HEAD, max(height - HEAD - text, 0.5), text]
     head, body, foot = cell.subfigures(3, 1, height_ratios=heights, squeeze=False)[:, 0]
     name = f"{panel.key}  {panel.title}" if panel.key[0].isdigit() else panel.title
-    head.text(0.02, 0.25, plain(name), fontsize=8.5, fontweight="bold", va="bottom")
+    head.text(0.02, 0.25, as_mathtext(name), fontsize=8.5, fontweight="bold", va="bottom")
     panel.draw(body)
     for ax, place in zip(body.axes, drawn.places, strict=True):
         ax.set_position(place)
-    foot.text(0.02, 0.98, "\n".join(map(plain, lines)), **CAPTION)
+    foot.text(0.02, 1.0 - 0.06 / text, "\n".join(map(as_mathtext, lines)), **CAPTION)

@@ -42,17 +42,16 @@ def pinch_off_diameter(campaign: Campaign) -> Panel | NotDrawn:
         ax.plot(line, closing, color=GREEN, linestyle=(0, (5, 2)), linewidth=1.0, zorder=2)
         draw_points(ax, points, "froude", "tp_u0_over_d")
         lines: list[Line2D | Patch] = [
-            Line2D([], [], color=GREEN, linestyle=(0, (5, 2)), label="rigid: ring model, own evaluation"),
+            Line2D([], [], color=GREEN, linestyle=(0, (5, 2)), label="rigid: independent rings"),
             Patch(facecolor="#000000", alpha=0.07, label="rigid: published prefactors"),
         ]
         _finish(ax, points, ("froude", "tp_u0_over_d"), lines)
         ax.set(xlabel=r"$Fr = U_0/\sqrt{gD}$", ylabel="$t_p U_0/D$")
 
     caption = (
-        "Time of pinch-off over D/U₀ against the Froude number. For rigid spheres: the ring model, own evaluation "
-        "(each ring "
-        "born at radius D/2 with speed U₀/2, no deceleration, t from first contact), and the band of published "
-        "prefactors "
+        "Time of pinch-off over D/U₀ against the Froude number. For rigid spheres: a cavity of independent rings, "
+        "computed by this program (each ring born at radius D/2 with speed U₀/2, no deceleration, t from first "
+        "contact), and the band of published prefactors "
         f"t_p √(g/R) = {PUBLISHED_BETA[0]} to {PUBLISHED_BETA[1]}. Bars: standard uncertainty, of repeated drops the "
         "spread."
     )

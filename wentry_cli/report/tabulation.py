@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -46,7 +47,7 @@ DROP_COLUMNS: Columns = {
     "G∞ (kPa)": _cell("g_inf_pa", 1e-3),
     "U₀ (m/s)": _cell("impact_speed_m_s"),
     "Fr": _cell("froude", digits=3),
-    "G∞/ρ_wU₀²": _cell("stiffness_ratio", digits=3),
+    "G∞/(ρ_w U₀²)": _cell("stiffness_ratio", digits=3),
     "T (ms)": _cell("period_s", 1e3),
     "λ_p1": _cell("stretch_peak_1"),
     "v (m/s)": _cell("velocity_m_s"),
@@ -61,8 +62,8 @@ ENTRY_COLUMNS: Columns = {
     "seal": _word("seal_type"),
     "cavity N": _cell("pinch_off_cavity"),
     "D_eff (mm)": _cell("diameter_eff_m", 1e3),
-    "t_pU₀/D": _cell("tp_u0_over_d", digits=3),
-    "t_pU₀/D_eff": _cell("tp_u0_over_deff", digits=3),
+    "t_p U₀/D": _cell("tp_u0_over_d", digits=3),
+    "t_p U₀/D_eff": _cell("tp_u0_over_deff", digits=3),
     "U₁ (m/s)": _cell("speed_after_period_m_s"),
     "ΔU/U₀": _cell("delta_u_over_u0", digits=3),
     "velocity from": _word("velocity_source"),
@@ -89,7 +90,8 @@ def _reason(drop: DropResults, column: str) -> str:
         found = [as_text(word) for word in events.loc[events["event"] == "pinch_off", "status"]]
         if found and found[0] != "ok":
             return found[0]
-        return drop.seal if column in EFFECTIVE and drop.seal in OTHER_SEALS else drop.text("status")
+        other = column in EFFECTIVE and drop.seal in OTHER_SEALS
+        return drop.seal.replace("_", " ") if other else drop.text("status")
     if column in {"period_s", "stretch_peak_1"}:
         words = [as_text(word) for word in drop.table("periods")["status"]]
         return words[0] if words and words[0] != "ok" else drop.text("status")
@@ -113,8 +115,34 @@ def _filled(columns: Columns, drops: list[DropResults]) -> TextTable:
     return TextTable(tuple(header[i] for i in kept), tuple(tuple(row[i] for i in kept) for row in rows))
 
 
+RELATIONS = {
+    "period_exp": "period, measured",
+    "period_model": "period, model",
+    "pinch_off_d": "pinch-off, D",
+    "pinch_off_deff": "pinch-off, D_eff",
+    "pinch_off_deff_froude": "pinch-off, D_eff on Fr",
+    "delta_u": "loss of velocity",
+}
+QUANTITIES = {
+    "elastic_time_s": "D/√(G∞/ρ_s)",
+    "period_s": "T",
+    "period_model_s": "T",
+    "froude": "Fr",
+    "froude_eff": "U₀/√(g D_eff)",
+    "tp_u0_over_d": "t_p U₀/D",
+    "tp_u0_over_deff": "t_p U₀/D_eff",
+    "stiffness_ratio": "G∞/(ρ_w U₀²)",
+    "delta_u_over_u0": "ΔU/U₀",
+}
+
+
+def _relation_name(key: str) -> str:
+    name = key.removesuffix("_intercept")
+    return RELATIONS.get(name, name) + (", intercept free" if name != key else "")
+
+
 def regression_table(campaign: Campaign) -> TextTable:
-    """Every relation that has drops: slope or exponent with its interval, the paper's value beside it."""
+    """Every relation that was fitted: slope or exponent with its interval, the paper's value beside it."""
     header = (
         "relation",
         "y on x",
@@ -133,11 +161,12 @@ def regression_table(campaign: Campaign) -> TextTable:
         number = {
             name: as_number(row[name]) for name in row if name not in {"relation", "x", "y", "left_out", "status"}
         }
-        if not number["n"] > 0:
+        if math.isnan(number["slope"]) and math.isnan(number["exponent"]):
             continue
+        axes = [as_text(row[name]) for name in ("y", "x")]
         interval = f"{number['slope_low']:.3f} to {number['slope_high']:.3f}"
         rows.append((
-            as_text(row["relation"]), f"{as_text(row['y'])} on {as_text(row['x'])}",
+            _relation_name(as_text(row["relation"])), " on ".join(QUANTITIES.get(key, key) for key in axes),
             with_uncertainty(number["slope"], number["slope_unc"]),
             interval if number["slope_low"] == number["slope_low"] else DASH,
             with_uncertainty(number["intercept"], number["intercept_unc"]),
@@ -218,7 +247,7 @@ def provenance_table(campaign: Campaign) -> TextTable:
     rows = [(name, as_text(run[name])) for name in ("version", "command") if as_text(run.get(name))]
     environment = run.get("environment")
     versions = environment if isinstance(environment, Mapping) else {}
-    rows += [(name, as_text(value)) for name, value in sorted(versions.items())]
+    rows += [(name, as_text(value)) for name, value in sorted(versions.items()) if name != "wentry"]
     return TextTable(("what", "value"), tuple(rows))
 
 
