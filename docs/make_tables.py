@@ -8,6 +8,23 @@ from wentry_cli.schemas import STATUS_WORDS, TABLES
 
 PAGE = Path(__file__).parent / "tables.md"
 
+FIGURES = """## figures/*.csv
+`wentry report` writes beside every picture the table that it is drawn from, under the same name, so that a figure can be
+made again elsewhere. Units are suffixes (`t_ms`, `y_mm`); numbers without one have none (`t_over_tp`, `speed_over_u0`).
+
+| column | meaning |
+|---|---|
+| `series` | what the row belongs to: `measured`, `experiment`, `model`, a fit, a value of the paper, a band of theory, \
+`moment` (a vertical line) |
+| `part` | panel of a drop's sheet (`drop_*.csv`): position, stretch, velocity, acceleration |
+| `drop`, `repeats` | the drop, or those of one condition that the row is the mean of, and how many they are |
+| `rigid`, `g_inf_pa`, `diameter_m`, `seal_type`, `period` | what colour, size and symbol say |
+| the others | the axes of the picture; `_unc` is the standard uncertainty, of repeated drops the spread; `_low` and \
+`_high` bound a band |
+
+`strip_*.csv` holds the rows of side.csv or top.csv that are drawn over the frames, with the label of each frame.
+"""
+
 
 def page() -> str:
     """The page as markdown."""
@@ -26,7 +43,7 @@ def page() -> str:
         parts += ["", f"## {table.name}.csv", f"Stage `{table.stage}`, a row per {table.row}.", ""]
         parts += ["| column | unit | type | meaning | may be empty where `ok` |", "|---|---|---|---|---|"]
         parts += [f"| `{c.name}` | {c.unit} | {c.kind} | {c.meaning} | {c.may_be_empty} |" for c in table.columns]
-    return "\n".join(parts) + "\n"
+    return "\n".join([*parts, "", FIGURES])
 
 
 if __name__ == "__main__":
