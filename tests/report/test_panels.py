@@ -17,6 +17,7 @@ from matplotlib.lines import Line2D
 from wentry_cli.report.campaign import Campaign, read_campaign
 from wentry_cli.report.curves import conditions, mean_and_spread, mean_curve
 from wentry_cli.report.drawing import draw_panel, styled
+from wentry_cli.report.drop_sheets import drop_sheets
 from wentry_cli.report.flight_motion import flight_velocity
 from wentry_cli.report.force_panels import force_coefficients
 from wentry_cli.report.moments import Moment, telling_moments
@@ -159,6 +160,27 @@ def test_compression_test_is_drawn_with_its_curve(campaign: Campaign) -> None:
     assert measured.get_ydata() == pytest.approx(d)
     assert line.get_ydata() == pytest.approx(2 * d)
     assert line.get_xdata() == pytest.approx(1e3 * d)
+
+
+def test_compression_is_drawn_over_the_diameter_with_its_modulus(campaign: Campaign) -> None:
+    d = np.linspace(0.0, 0.01, 30)
+    points = {"material": ["soft"] * 30, "diameter_m": 0.05, "displacement_m": d, "force_n": d, "force_model_n": 2 * d}
+    fitted = new_table("materials", {"material": ["soft"], "g_inf_pa": 5507.0, "g_inf_pa_unc": 32.0, "status": "ok"})
+    tested = replace(campaign, compression=new_table("compression", points), materials=fitted)
+    panel = next(panel for panel in campaign_panels(tested) if panel.key == "11")
+    assert isinstance(panel, Panel)
+    ax = _drawn(panel).axes[0]
+    assert ax.get_lines()[1].get_xdata() == pytest.approx(d / 0.05)
+    assert "5.507 ± 0.032 kPa" in ax.get_legend().get_texts()[1].get_text()
+
+
+def test_a_sheet_names_only_what_it_shows(campaign: Campaign) -> None:
+    for drop, sheet in zip((d for d in campaign.drops if d.kind != "free_flight"), drop_sheets(campaign), strict=True):
+        assert isinstance(sheet, Panel)
+        for name in ("separation line", "centre of mass"):
+            drawn = name in set(sheet.data.loc[sheet.data["part"] == "position", "series"])
+            assert drawn == (name in sheet.caption.split(";")[0]), drop.name
+        assert ("λ_p = 1" in sheet.caption) == (drop.kind == "surface_impact")
 
 
 def test_the_line_of_a_calibrated_drop_is_its_fit(campaign: Campaign) -> None:

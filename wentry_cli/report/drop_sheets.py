@@ -20,6 +20,7 @@ from wentry_cli.report.style import BLACK, BLUE, GREEN, GREY, ORANGE
 from wentry_cli.report.velocity_panels import with_gaps
 
 Drawer = Callable[[Axes, pd.DataFrame], None]
+POSITIONS = {"lowest point": BLUE, "separation line": GREEN, "centre of mass": BLACK}
 ROW_IN = 2.4  # inches; two sheets of two rows fill a page of the PDF
 
 
@@ -45,23 +46,37 @@ def _sheet(drop: DropResults) -> Panel | NotDrawn:
     data = pd.concat([table.assign(part=name) for name, (table, _) in parts.items()], ignore_index=True)
     moments = [drop.number("t_p_s")] if math.isfinite(drop.number("t_p_s")) else []
     drawers = {name: drawer for name, (_, drawer) in parts.items()}
-    words = {
-        "position": "height of the lowest point, the separation line and the centre of mass",
-        "stretch": "stretch, measured and by the model",
-        "velocity": "velocity of the centre of mass",
-        "acceleration": "its acceleration",
-    }
-    shown = "; ".join(words[name] for name in parts)
-    caption = shown[0].upper() + shown[1:] + "."
-    if "velocity" in parts:
-        caption += " Bands: standard uncertainty, no curve where it exceeds the axis."
-    if not drop.table("kinematics_model").empty:
-        caption += " Black: from the measured stretch; orange: the paper's route, from the time-scaled model."
-    if moments:
-        caption += " Dotted: pinch-off."
+    caption = _caption(drop, {name: set(table["series"]) for name, (table, _) in parts.items()}, bool(moments))
     draw = partial(_draw_sheet, data=data, drawers=drawers, moments=[1e3 * t for t in moments])
     size = (7.2, ROW_IN * math.ceil(len(parts) / _columns(len(parts))))
     return Panel("sheet", f"drop_{file_stem(drop.name)}", title, caption, data, draw, size, drop.name)
+
+
+def _caption(drop: DropResults, shown: dict[str, set[str]], pinch_off: bool) -> str:
+    """Say what each part shows (``shown``: its series), and no more."""
+    modelled = any(name.startswith("model") for name in shown.get("stretch", ()))
+    heights = [f"the {name}" for name in POSITIONS if name in shown.get("position", ())]
+    words = {
+        "position": "height of "
+        + ", ".join(heights[:-1])
+        + (" and " if len(heights) > 1 else "")
+        + "".join(heights[-1:]),
+        "stretch": "stretch, measured and by the model" if modelled else "stretch as measured",
+        "velocity": "velocity of the centre of mass",
+        "acceleration": "its acceleration",
+    }
+    told = "; ".join(words[name] for name in shown)
+    caption = told[0].upper() + told[1:] + "."
+    if modelled and drop.kind == "surface_impact":
+        caption += (
+            " The model is released at the first peak with λ_p = 1 there, though the sphere has flowed before, so that "
+            "its later peaks come out too high; wentry calibrate impact leaves λ_p at the peak free."
+        )
+    if "velocity" in shown:
+        caption += " Bands: standard uncertainty, no curve where it exceeds the axis."
+    if not drop.table("kinematics_model").empty:
+        caption += " Black: from the measured stretch; orange: the paper's route, from the time-scaled model."
+    return caption + (" Dotted: pinch-off." if pinch_off else "")
 
 
 def _draw_sheet(figure: FigureBase, data: pd.DataFrame, drawers: dict[str, Drawer], moments: list[float]) -> None:
@@ -95,7 +110,7 @@ def _positions(drop: DropResults) -> pd.DataFrame:
 
 def _draw_positions(ax: Axes, data: pd.DataFrame) -> None:
     ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
-    for name, color in (("lowest point", BLUE), ("separation line", GREEN), ("centre of mass", BLACK)):
+    for name, color in POSITIONS.items():
         shown = data[data["series"] == name]
         if not shown.empty:
             ax.plot(shown["t_ms"], shown["y_mm"], ".", markersize=2.4, color=color, label=name)
