@@ -9,13 +9,13 @@ from wentry_cli.schemas import STATUS_WORDS, TABLES
 PAGE = Path(__file__).parent / "tables.md"
 
 FIGURES = """## figures/*.csv
-`wentry report` writes beside every picture the table that it is drawn from, under the same name, so that a figure can be
-made again elsewhere. Units are suffixes (`t_ms`, `y_mm`); numbers without one have none (`t_over_tp`, `speed_over_u0`).
+`wentry report` writes beside every picture the table that it is drawn from, under the same name, so that a figure can
+be made again elsewhere. Units are suffixes (`t_ms`, `y_mm`); numbers without one have none (`t_over_tp`, `speed_over_u0`).
 
 | column | meaning |
 |---|---|
-| `series` | what the row belongs to: `measured`, `experiment`, `model`, a fit, a value of the paper, a band of theory, \
-`moment` (a vertical line) |
+| `series` | what the row belongs to: `measured`, `experiment`, `model`, a fit, a value of the paper, a band of \
+theory, `moment` (a vertical line) |
 | `part` | panel of a drop's sheet (`drop_*.csv`): position, stretch, velocity, acceleration |
 | `drop`, `repeats` | the drop, or those of one condition that the row is the mean of, and how many they are |
 | `rigid`, `g_inf_pa`, `diameter_m`, `seal_type`, `period` | what colour, size and symbol say |

@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
 
 from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
@@ -22,7 +23,7 @@ NO_METADATA = {"CreationDate": None, "ModDate": None, "Producer": None, "Creator
 MARGINS = (0.055, 0.89, 0.055)
 TOP_IN, FOOT_IN = 0.4, 0.4  # inches kept free
 USED = A4[1] - TOP_IN - FOOT_IN
-FOLLOWING = 4  # items that go with a heading: itself, the header of its table and a row; or a row of panels
+FOLLOWING = 2  # rows that go with a heading and the header of its table; of panels, one
 SHRINK = 0.88  # three rows on a page
 CAPTION: Look = {"fontsize": 5.8, "color": "#444444", "va": "top", "linespacing": 1.25}
 FOOT: Look = {"fontsize": 6.0, "color": "#444444", "va": "bottom"}
@@ -94,7 +95,7 @@ def _onto_pages(items: Sequence[Item]) -> list[list[Item]]:
     pages: list[list[Item]] = [[]]
     used = 0.0
     for place, item in enumerate(items):
-        if pages[-1] and used + _together(items[place : place + FOLLOWING]) > USED:
+        if pages[-1] and used + _together(items[place : place + 2 + FOLLOWING]) > USED:
             pages.append([])
             used = 0.0
         pages[-1].append(item)
@@ -103,15 +104,18 @@ def _onto_pages(items: Sequence[Item]) -> list[list[Item]]:
 
 
 def _together(items: Sequence[Item]) -> float:
-    """Inches that the first item needs with what must not be parted from it."""
-    if not (isinstance(items[0], Line) and items[0].bold):
+    """Inches that the first item needs with what must not be parted from it: a heading and headers with their rows."""
+    bold = list(takewhile(_bold, items))
+    if not bold:
         return items[0].height
-    needed = 0.0
-    for item in items:
-        needed += item.height
-        if isinstance(item, Row):
-            break
-    return min(needed, USED)
+    rows = items[len(bold) : len(bold) + FOLLOWING]
+    if rows and isinstance(rows[0], Row):
+        rows = rows[:1]
+    return min(sum(item.height for item in (*bold, *rows)), USED)
+
+
+def _bold(item: Item) -> bool:
+    return isinstance(item, Line) and item.bold
 
 
 def _page(items: Sequence[Item]) -> Figure:
