@@ -9,8 +9,8 @@ from wentry_cli.schemas import STATUS_WORDS, TABLES
 PAGE = Path(__file__).parent / "tables.md"
 
 FIGURES = """## figures/*.csv
-`wentry report` writes beside every picture the table that it is drawn from, under the same name, so that a figure can
-be made again elsewhere. Units are suffixes (`t_ms`, `y_mm`); numbers without one have none (`t_over_tp`, `speed_over_u0`).
+Beside every picture `wentry report` writes the table that it is drawn from, under the same name, so that a figure can
+be made again elsewhere. Units are suffixes (`t_ms`, `y_mm`); without one, it is 1 (`t_over_tp`, `speed_over_u0`).
 
 | column | meaning |
 |---|---|
