@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import os
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -266,6 +267,14 @@ def test_sections_with_nothing_in_them_are_left_out(tmp_path: Path) -> None:
         assert f'id="{word}"' not in (results / "report.html").read_text(encoding="utf-8")
         assert f"#{word}" not in anchors
     assert {"#drops", "#single", "#missing", "#provenance"} <= anchors
+
+
+def test_the_date_is_that_of_the_results(tmp_path: Path) -> None:
+    """A report that is drawn again on another day has the same bytes."""
+    names = write_campaign(tmp_path, (CAMPAIGN[8],))
+    for path in tmp_path.glob("*.csv"):
+        os.utime(path, (1.6e9, 1.6e9))  # 13 September 2020, noon
+    assert read_campaign(tmp_path, names).date == "2020-09-13"
 
 
 def test_symbols_have_their_index_lowered_and_names_stay() -> None:

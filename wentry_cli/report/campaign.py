@@ -129,16 +129,15 @@ def read_campaign(results: Path, names: list[str], table_1: pd.DataFrame | None 
         calibration=_read(results, "calibration", problems),
         run=read_json(results / "run.json"),
         problems=tuple(problems),
-        date=_day(results / "run.json"),
+        date=_day(results),
     )
 
 
-def _day(path: Path) -> str:
-    """The day on which a file was written, empty where there is none."""
-    try:
-        return time.strftime("%Y-%m-%d", time.localtime(path.stat().st_mtime))
-    except OSError:
-        return ""
+def _day(results: Path) -> str:
+    """The day on which the tables of the campaign were written, empty without one; the report writes none of them."""
+    tables = [results / f"{name}.csv" for name in ("summary", "scaling", "materials", "compression")]
+    times = [path.stat().st_mtime for path in tables if path.is_file()]
+    return time.strftime("%Y-%m-%d", time.localtime(max(times))) if times else ""
 
 
 def _read_drop(folder: Path, name: str, row: dict[Any, Any] | None) -> DropResults:
