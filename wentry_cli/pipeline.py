@@ -20,7 +20,7 @@ class Stage:
     """One stage of one drop.
 
     ``reads`` and ``writes`` are table names; ``keys`` are the parts of the configuration that the result depends on
-    (dotted, ``material`` for the parameters of the material);
+    (dotted, properties too; ``material`` for the parameters of the material, one of them by its name);
     ``frames`` tells whether the recording is read again; ``why_not`` gives the reason why a drop does not need it.
     """
 
@@ -68,7 +68,7 @@ def _needs_model(drop: Drop) -> Reason:
     return reason
 
 
-_SIZE = ("sphere.diameter_m", "sphere.diameter_m_unc", "sphere.material")
+_SPHERE = ("sphere.diameter_m", "sphere.diameter_m_unc", "sphere.rigid")
 
 STAGES: tuple[Stage, ...] = (
     Stage(
@@ -78,22 +78,23 @@ STAGES: tuple[Stage, ...] = (
     Stage(
         "track", "process", "fit circle and ellipse, bottom, separation line, scale, impact time",
         ("frames",), ("geometry", "top", "side"),
-        ("kind", *_SIZE, "gravity_m_s2", "views", "drop", "analysis.tracking", "analysis.min_frames"), True, _always,
+        ("kind", *_SPHERE, "gravity_m_s2", "views", "drop", "analysis.tracking", "analysis.min_frames"), True, _always,
     ),
     Stage(
         "cavity", "process", "cavity profile, necks, pinch-off, dome-over",
         ("frames", "geometry", "top", "side"), ("cavity", "neck", "events"),
-        ("kind", *_SIZE, "gravity_m_s2", "views"), True, _needs_cavity,
+        ("kind", *_SPHERE, "gravity_m_s2", "views"), True, _needs_cavity,
     ),
     Stage(
         "stretch", "process", "merge both views to λ(t), find its periods",
-        ("geometry", "top", "side", "events"), ("stretch", "periods"), ("kind", *_SIZE, "views"), False,
+        ("geometry", "top", "side", "events"), ("stretch", "periods"), ("kind", *_SPHERE, "views"), False,
         _needs_stretch,
     ),
     Stage(
         "kinematics", "process", "position, velocity and acceleration with error bars",
         ("geometry", "top", "side", "events", "stretch", "periods"), ("kinematics",),
-        ("kind", "sphere", "gravity_m_s2", "views", "analysis", "material"), False, _needs_kinematics,
+        ("kind", *_SPHERE, "sphere.density", "gravity_m_s2", "views", "analysis", "material.g_inf_pa"), False,
+        _needs_kinematics,
     ),
     Stage(
         "model", "fit", "viscoelastic model from the first peak, scaled in time",

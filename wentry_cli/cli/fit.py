@@ -25,11 +25,14 @@ from wentry_cli.cli.flow import Flow
     opt.verbose,
 )
 def command(results: Path, only: tuple[str, ...], **common: Any) -> None:
-    """Fit model and numbers of each processed drop in RESULTS, then the regressions over all of them."""
-    from wentry_cli.runner.commands import processed
+    """Fit model and numbers of each processed drop in RESULTS, then the regressions over all of them.
+
+    The configuration is read again; where it changed in what a drop was measured with, `wentry process` comes first.
+    """
+    from wentry_cli.runner.today import to_fit
 
     Flow(results, **common).carry_out(
-        processed(results, only),
+        to_fit(results, only),
         "fit",
         lambda *_: f"{results / 'summary.csv'} and {results / 'scaling.csv'}; next: wentry report {results}",
     )

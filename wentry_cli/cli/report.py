@@ -34,6 +34,7 @@ def command(results: Path, only: tuple[str, ...], **common: Any) -> None:
     are not complete are named, with what they lack; the report itself is complete then, and its exit code 0.
     """
     from wentry_cli.runner.commands import incomplete, shown
+    from wentry_cli.runner.today import notes_to_report
 
     pages = f"{results / 'report.html'} and {results / 'report.pdf'}"
 
@@ -42,7 +43,9 @@ def command(results: Path, only: tuple[str, ...], **common: Any) -> None:
         lacking = [_told(failure) for failure in incomplete(campaign, results, only)]
         return "\n".join([*lacking, fresh if done[0].action == "fresh" else pages])
 
-    Flow(results, **common).carry_out(shown(results, only), "report", farewell, only)
+    campaign = shown(results, only)
+    campaign.notes += notes_to_report(results, campaign)
+    Flow(results, **common).carry_out(campaign, "report", farewell, only)
 
 
 def _told(failure: Failure) -> str:

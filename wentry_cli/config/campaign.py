@@ -25,7 +25,8 @@ EXPERIMENT = "experiment.yaml"
 class Drop:
     """One drop: its name, the folder of its ``experiment.yaml``, its validated configuration and its material.
 
-    ``top`` is the VIDEO_DIR in which it was found, ``shared`` the ``campaign.yaml`` that it inherits from.
+    ``top`` is the VIDEO_DIR in which it was found, ``shared`` the ``campaign.yaml`` that it inherits from,
+    ``overrides`` the keys of ``--set``, which are in no file.
     """
 
     name: str
@@ -36,6 +37,7 @@ class Drop:
     corrections: Corrections = field(default_factory=Corrections)
     top: Path | None = None
     shared: Shared = field(default_factory=Shared)
+    overrides: dict[str, Any] = field(default_factory=dict)
 
     def view(self, name: str) -> View:
         """The configuration of the view ``name``; raises ``KeyError`` where it was not filmed."""
@@ -64,6 +66,7 @@ class Drop:
             "material": None if self.material is None else self.material.model_dump(mode="json"),
             "materials_path": str(self.materials_path),
             "corrections": self.corrections.model_dump(mode="json"),
+            "overrides": self.overrides,
         }
 
     @classmethod
@@ -79,6 +82,7 @@ class Drop:
             corrections=Corrections.model_validate(record["corrections"]),
             top=None if top is None else Path(top),
             shared=Shared(None if campaign is None else Path(campaign)),
+            overrides=record.get("overrides", {}),
         )
 
 
@@ -155,7 +159,8 @@ def read_drop(name: str, folder: Path, overrides: Document | None = None, top: P
     with problems.part():
         corrections = read_corrections(folder, experiment)
     problems.complain()
-    return Drop(name, folder, experiment, material, materials, corrections, top or folder, shared)
+    given = {} if overrides is None else overrides.data
+    return Drop(name, folder, experiment, material, materials, corrections, top or folder, shared, given)
 
 
 def _shared_keys(path: Path) -> Document:

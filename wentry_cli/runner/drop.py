@@ -77,8 +77,7 @@ def _run_steps(
 ) -> None:
     folder = results / drop.name
     sweep(folder)
-    if any(stage.command == "process" for stage in stages):
-        write_drop(results, drop)
+    write_drop(results, drop)
     for step in plan(results, drop, stages, choice):
         stage = step.stage
         running[0] = stage.name

@@ -7,6 +7,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
+from pydantic import BaseModel
+
 from wentry_cli import __version__
 from wentry_cli.config.campaign import Drop
 from wentry_cli.pipeline import CampaignStage, Stage
@@ -99,13 +101,9 @@ def first_change(before: dict[str, Any], today: dict[str, Any]) -> str | None:
 
 def fingerprint(folder: Path, drop: Drop, stage: Stage, *, verify: bool = False) -> dict[str, Any]:
     """Everything that the result of ``stage`` depends on, by a name that a reader understands."""
-    experiment = drop.experiment.model_dump(mode="json")
     marks: dict[str, Any] = {"version": __version__}
     for key in stage.keys:
-        if key == "material":
-            marks[key] = digest_of(None if drop.material is None else drop.material.model_dump(mode="json"))
-        else:
-            marks[f"configuration {key}"] = digest_of(_part(experiment, key))
+        marks[key if key.startswith("material") else f"configuration {key}"] = digest_of(_part(drop, key))
     if stage.name in CORRECTED:
         marks["corrections"] = digest_of(_corrections(drop, stage))
     for name in stage.reads:
@@ -116,11 +114,12 @@ def fingerprint(folder: Path, drop: Drop, stage: Stage, *, verify: bool = False)
     return marks
 
 
-def _part(experiment: dict[str, Any], key: str) -> Any:
-    part: Any = experiment
+def _part(drop: Drop, key: str) -> Any:
+    """What ``key`` stands for, as plain data; ``None`` for a part of a material that is not known."""
+    part: Any = drop if key.startswith("material") else drop.experiment
     for name in key.split("."):
-        part = part[name]
-    return part
+        part = None if part is None else getattr(part, name)
+    return part.model_dump(mode="json") if isinstance(part, BaseModel) else part
 
 
 def _corrections(drop: Drop, stage: Stage) -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from wentry_cli.config.campaign import Drop, read_drop
+from wentry_cli.config.campaign import Drop
 from wentry_cli.errors import WentryError
 from wentry_cli.pipeline import CAMPAIGN_STAGES, Stage
 from wentry_cli.pipeline import STAGES as ALL_STAGES
@@ -14,6 +14,7 @@ from wentry_cli.runner.commands import processed
 from wentry_cli.runner.lock import is_locked
 from wentry_cli.runner.plan import INTERRUPTED, Choice, Step, plan
 from wentry_cli.runner.record import STAGES, read_json
+from wentry_cli.runner.today import as_configured_today
 
 States = dict[str, dict[str, tuple[str, str]]]
 
@@ -28,7 +29,7 @@ def campaign_status(results: Path, only: tuple[str, ...] = ()) -> States:
     states: States = {}
     steps: dict[str, list[Step[Stage]]] = {}
     for drop in campaign.drops:
-        states[drop.name], steps[drop.name] = _states(results, _as_configured_today(drop), busy)
+        states[drop.name], steps[drop.name] = _states(results, drop, busy)
     if not only:
         failed = frozenset(failure.drop for failure in campaign.failures)
         members = Members(results, campaign.drops, failed)
@@ -39,20 +40,12 @@ def campaign_status(results: Path, only: tuple[str, ...] = ()) -> States:
     return states
 
 
-def _as_configured_today(drop: Drop) -> Drop:
-    """The drop as its ``experiment.yaml`` describes it now, where that file is still there and right."""
-    try:
-        return read_drop(drop.name, drop.folder, top=drop.top)
-    except WentryError:
-        return drop
-
-
 def _states(results: Path, drop: Drop, busy: bool) -> tuple[dict[str, tuple[str, str]], list[Step[Stage]]]:
     record = read_json(results / drop.name / STAGES)
     try:
-        steps = plan(results, drop, list(ALL_STAGES), Choice())
-    except WentryError as gone:
-        return {stage.name: ("stale", str(gone)) for stage in ALL_STAGES}, []
+        steps = plan(results, as_configured_today(results, drop), list(ALL_STAGES), Choice())
+    except WentryError as wrong:
+        return {stage.name: ("stale", str(wrong)) for stage in ALL_STAGES}, []
     return {step.stage.name: _state(step, record.get(step.stage.name), busy) for step in steps}, steps
 
 
