@@ -15,6 +15,8 @@ import pytest
 from fixture_campaign import CAMPAIGN, Made, configured, film, write_campaign
 
 from wentry_cli.report.campaign import read_campaign
+from wentry_cli.report.page import Content
+from wentry_cli.report.print_text import text_pages
 from wentry_cli.stages.report import run
 
 VOID = {"meta", "img", "br", "hr", "link", "input"}
@@ -151,6 +153,20 @@ def test_hostile_names_are_harmless(tmp_path: Path) -> None:
     for path in (results / "figures").glob("*.svg"):
         assert re.fullmatch(r"[A-Za-z0-9._-]+", path.name)
         assert not [e for e in ElementTree.parse(path).iter() if e.tag.endswith("}script")]
+
+
+def test_what_the_stages_warned_of_is_shown(tmp_path: Path) -> None:
+    results, (drop,) = tmp_path / "results", (CAMPAIGN[8],)
+    write_campaign(results, (drop,))
+    sentence = "a free flight falls with <9.81> m/s², but 96 was measured"
+    entry = {"summary": {"warnings": [sentence]}, "track": {"error": "x"}}
+    (results / drop.name / "stages.json").write_text(json.dumps(entry))
+    run(results, configured(tmp_path / "videos", (drop,)))
+    page = read_page(results).text
+    assert sentence in page[page.index("Warnings") :]
+    content = Content(read_campaign(results, [drop.name]), [], [], [])
+    printed = [text.get_text() for sheet in text_pages(content) for text in sheet.texts]
+    assert sentence in printed[printed.index("Warnings") :]
 
 
 @pytest.mark.parametrize(

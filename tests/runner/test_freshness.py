@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 import types
 from collections.abc import Callable
@@ -21,7 +22,7 @@ from wentry_cli.runner.corrections import apply_corrections
 from wentry_cli.runner.drop import Event, run_drop
 from wentry_cli.runner.lock import locked
 from wentry_cli.runner.plan import Choice, plan
-from wentry_cli.runner.record import write_drop, write_run
+from wentry_cli.runner.record import read_json, write_drop, write_run
 from wentry_cli.runner.status import campaign_status
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 
@@ -147,6 +148,27 @@ def test_status_tells_what_the_plan_would_do(results: Path, drop: Drop, ran: lis
     assert states["ingest"] == ("stale", "frames.csv was changed or removed")
     assert states["track"] == ("stale", "ingest runs before it")
     assert states["stretch"][0] == "not needed"
+
+
+def test_warnings_stay_with_what_was_done(
+    results: Path, drop: Drop, ran: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    good, said = sys.modules["wentry_cli.stages.ingest"].run, ["video: the fall is odd", "video: the fall is odd", "x"]
+
+    def doubtful(folder: Path, drop: Drop) -> None:
+        good(folder, drop)
+        for sentence in said:
+            logging.getLogger("wentry_cli.stages.ingest").warning("%s", sentence)
+
+    monkeypatch.setattr(sys.modules["wentry_cli.stages.ingest"], "run", doubtful)
+    _run(results, drop)
+    record = read_json(results / "video" / "stages.json")
+    assert (record["ingest"]["warnings"], record["track"]["warnings"]) == (["the fall is odd", "x"], [])
+    _run(results, drop)
+    assert campaign_status(results)["video"]["ingest"] == ("fresh", "warning: the fall is odd; warning: x")
+    said.clear()
+    _run(results, drop, Choice(force="ingest"))
+    assert campaign_status(results)["video"]["ingest"] == ("fresh", "")
 
 
 def test_force_and_until(results: Path, drop: Drop, ran: list[str]) -> None:

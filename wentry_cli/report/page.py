@@ -67,6 +67,7 @@ def write_page(content: Content) -> str:
         statuses=tabulation.status_table(campaign),
         meanings=MEANINGS,
         failures=tabulation.failure_table(campaign),
+        warnings=tabulation.warning_table(campaign),
         provenance=tabulation.provenance_table(campaign),
         uncertainties=UNCERTAINTIES,
         light=light_limit_table(campaign),

@@ -65,6 +65,9 @@ def closing_lines(content: Content) -> Iterator[Line]:
     yield from heading("Failures")
     failures = tabulation.failure_table(campaign)
     yield from _table(failures) if failures.rows else [_text("None.")]
+    yield from heading("Warnings")
+    warnings = tabulation.warning_table(campaign)
+    yield from _table(warnings) if warnings.rows else [_text("None.")]
     if campaign.drops:
         yield from heading("Status words")
         counts = tabulation.status_table(campaign)

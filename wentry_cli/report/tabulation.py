@@ -1,4 +1,4 @@
-"""The tables of the report as rows of text: drops, regressions, materials, status words, failures, provenance."""
+"""The tables of the report as rows of text: drops, regressions, materials, status words, failures, versions."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from wentry_cli.pipeline import STAGES
 from wentry_cli.provenance import digest_of
 from wentry_cli.report.campaign import Campaign, DropResults, as_number, as_text
 from wentry_cli.report.numbers import DASH, or_reason, with_uncertainty
@@ -239,6 +240,17 @@ def failure_table(campaign: Campaign) -> TextTable:
     rows += [("", "report", problem) for problem in campaign.problems]
     rows += [(drop.name, "report", problem) for drop in campaign.drops for problem in drop.problems]
     return TextTable(("drop", "stage", "what happened"), tuple(rows))
+
+
+def warning_table(campaign: Campaign) -> TextTable:
+    """What each stage of each drop warned of when it ran."""
+    rows = []
+    for drop in campaign.drops:
+        for stage in (stage.name for stage in STAGES):
+            entry = drop.stages.get(stage)
+            given = entry.get("warnings") if isinstance(entry, Mapping) else None
+            rows += [(drop.name, stage, as_text(sentence)) for sentence in (given if isinstance(given, list) else ())]
+    return TextTable(("drop", "stage", "warning"), tuple(rows))
 
 
 def provenance_table(campaign: Campaign) -> TextTable:

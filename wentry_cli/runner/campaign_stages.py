@@ -105,7 +105,7 @@ def fingerprint(members: Members, stage: CampaignStage) -> dict[str, Any]:
             marks |= {f"recording {view} of {drop.name}": _identity(drop, view) for view in drop.experiment.sides}
     if stage.shows_all:
         marks["software beside wentry"] = digest_of(environment())
-        marks["list of failures"] = digest_of(_told(results, drops))
+        marks["list of failures and warnings"] = digest_of(_told(results, drops))
     return {what: mark for what, mark in marks.items() if mark is not None}
 
 
@@ -121,7 +121,13 @@ def _told(results: Path, drops: list[Drop]) -> list[Any]:
     told: list[Any] = [read_json(results / RUN).get("failures")]
     for drop in drops:
         record = read_json(results / drop.name / STAGES)
-        told.append([entry.get("error") for _, entry in sorted(record.items()) if isinstance(entry, dict)])
+        told.append(
+            [
+                [entry.get("error"), entry.get("warnings")]
+                for _, entry in sorted(record.items())
+                if isinstance(entry, dict)
+            ]
+        )
     return told
 
 

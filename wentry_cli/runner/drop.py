@@ -19,6 +19,7 @@ from wentry_cli.pipeline import Stage
 from wentry_cli.provenance import digest_of_file, peak_memory_mb
 from wentry_cli.runner.corrections import apply_corrections
 from wentry_cli.runner.edited import edited_tables
+from wentry_cli.runner.hearing import hear_warnings
 from wentry_cli.runner.in_clip import check_before
 from wentry_cli.runner.plan import INTERRUPTED, Choice, as_read_by, fingerprint, plan
 from wentry_cli.runner.record import STAGES, note_stage, read_json, write_drop
@@ -131,35 +132,38 @@ def _run_stage(folder: Path, drop: Drop, stage: Stage, report: Report) -> float:
     note_stage(folder, stage.name, {"error": INTERRUPTED})
     progress.listen(lambda done, total: report(Event(drop.name, stage.name, "tick", "", done, total)))
     started = time.perf_counter()
-    try:
-        check_before(folder, stage, drop)
-        run(folder, drop)
-        apply_corrections(folder, stage, drop)
-    except TooFewMeasurementsError as few:
-        note_stage(folder, stage.name, _entry(folder, stage, marks, time.perf_counter() - started, few))
-        _forget_later(folder, stage)
-        raise
-    except Exception as failed:
-        _remove_tables(folder, stage)
-        error = failed if isinstance(failed, WentryError) else WentryError(f"{type(failed).__name__}, see {ERROR_LOG}")
-        note_stage(folder, stage.name, _entry(folder, stage, marks, time.perf_counter() - started, error))
-        _forget_later(folder, stage)
-        raise
-    finally:
-        progress.listen(None)
-    seconds = time.perf_counter() - started
-    note_stage(folder, stage.name, _entry(folder, stage, marks, seconds, None))
-    return seconds
+    with hear_warnings(drop.name) as warnings:
+
+        def note(error: WentryError | None) -> float:
+            seconds = time.perf_counter() - started
+            told = {"seconds": round(seconds, 3), "warnings": warnings}
+            note_stage(folder, stage.name, _entry(folder, stage, marks, error) | told)
+            return seconds
+
+        try:
+            check_before(folder, stage, drop)
+            run(folder, drop)
+            apply_corrections(folder, stage, drop)
+        except TooFewMeasurementsError as few:
+            note(few)
+            _forget_later(folder, stage)
+            raise
+        except Exception as failed:
+            _remove_tables(folder, stage)
+            bug = WentryError(f"{type(failed).__name__}, see {ERROR_LOG}")
+            note(failed if isinstance(failed, WentryError) else bug)
+            _forget_later(folder, stage)
+            raise
+        finally:
+            progress.listen(None)
+        return note(None)
 
 
-def _entry(
-    folder: Path, stage: Stage, marks: dict[str, Any], seconds: float, error: WentryError | None
-) -> dict[str, Any]:
+def _entry(folder: Path, stage: Stage, marks: dict[str, Any], error: WentryError | None) -> dict[str, Any]:
     written = {name: digest_of_file(table_path(folder, name)) for name in stage.writes}
     entry: dict[str, Any] = {
         "fingerprint": marks,
         "outputs": {name: digest for name, digest in written.items() if digest},
-        "seconds": round(seconds, 3),
         "peak_memory_mb": peak_memory_mb(),
     }
     if error is not None:

@@ -22,6 +22,7 @@ States = dict[str, dict[str, tuple[str, str]]]
 def campaign_status(results: Path, only: tuple[str, ...] = ()) -> States:
     """State and reason by drop and stage: ``fresh``, ``stale``, ``failed``, ``running``, ``not needed``.
 
+    The reason of what is fresh are the warnings of that stage, if there were any.
     The stages over all drops stand under the name ``*``.
     """
     campaign = processed(results, only)
@@ -57,4 +58,6 @@ def _state(step: Step[Any], known: Any, busy: bool) -> tuple[str, str]:
         return ("running", "") if busy else ("stale", INTERRUPTED)
     if error:
         return "failed", str(error)
-    return ("fresh", "") if step.action == "fresh" else ("stale", step.reason)
+    if step.action != "fresh":
+        return "stale", step.reason
+    return "fresh", "; ".join(f"warning: {sentence}" for sentence in known.get("warnings", ()))
