@@ -47,6 +47,37 @@ def test_both_views_become_one(tmp_path: Path) -> None:
     assert np.isnan(periods["t_end_s"].iloc[-1])
 
 
+def test_views_that_contradict_each_other_are_not_merged(tmp_path: Path) -> None:
+    known = motion()
+    write_views(tmp_path, known)
+    write_events(tmp_path)
+    stretch.run(tmp_path, make_drop())
+    alone = read_table(tmp_path, "periods")
+    write_top(tmp_path, known, late=0.25 * known.period)
+    stretch.run(tmp_path, make_drop())
+    table, periods = read_table(tmp_path, "stretch"), read_table(tmp_path, "periods")
+    assert set(table["source"].dropna()) == {"side"}
+    assert table["stretch_top"].notna().sum() > 20, "what the top view saw is still shown"
+    assert periods.equals(alone)
+
+
+def test_views_that_contradict_each_other_are_doubted_where_the_side_view_shows_no_oscillation(tmp_path: Path) -> None:
+    known = motion()
+    write_views(tmp_path, known)
+    side = read_table(tmp_path, "side")
+    side.loc[(side["t_s"] < 0.0) | (side["t_s"] > 0.008), ["stretch", "stretch_unc"]] = np.nan
+    write_table(tmp_path, "side", side)
+    write_top(tmp_path, known, late=0.25 * known.period, until=1.0)
+    stretch.run(tmp_path, make_drop())
+    table, periods = read_table(tmp_path, "stretch"), read_table(tmp_path, "periods")
+    common = table[table["source"] == "both"]
+    assert len(common) >= 5
+    apart = float((common["stretch_top"] - common["stretch_side"]).abs().median())
+    assert apart > 0.02
+    assert table["stretch_unc"].min() >= apart
+    assert periods["stretch_peak_unc"].min() >= apart
+
+
 def test_a_period_is_ok_only_where_all_of_it_is_known(tmp_path: Path) -> None:
     for frames in (300, 170, 163, 155, 140):
         write_views(tmp_path, motion(n=frames))

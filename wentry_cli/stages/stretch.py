@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import logging
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,10 +33,10 @@ def run(folder: Path, drop: Drop) -> None:
     views = {name: read_table(folder, name) for name in ("side", "top") if has_table(folder, name)}
     if not views:
         return
-    frame = _merge(views, _dome_over(folder), drop)
+    frame, common = _merge(views, _dome_over(folder), drop)
     write_table(folder, "stretch", frame)
     found = find_oscillation(column(frame, "t_s"), column(frame, "stretch"), column(frame, "stretch_unc"))
-    write_table(folder, "periods", _periods_table(found))
+    write_table(folder, "periods", _periods_table(found, common))
 
 
 def _measured(view: pd.DataFrame) -> tuple[Array, Array]:
@@ -54,7 +55,8 @@ def _dome_over(folder: Path) -> float:
     return float(times.iloc[0]) if len(times) else float("nan")
 
 
-def _merge(views: dict[str, pd.DataFrame], dome_over: float, drop: Drop) -> pd.DataFrame:
+def _merge(views: dict[str, pd.DataFrame], dome_over: float, drop: Drop) -> tuple[pd.DataFrame, float]:
+    """The rows of stretch.csv, and how far the views contradict each other in all of them (0: they do not)."""
     leading = views.get("side", views.get("top"))
     assert leading is not None
     times = column(leading, "t_s")
@@ -67,37 +69,48 @@ def _merge(views: dict[str, pd.DataFrame], dome_over: float, drop: Drop) -> pd.D
             late, unsure = _refined_offset(times, side, top_times, top)
             top_times, top = top_times + late, (top[0], np.hypot(top[1], unsure * _rate(top_times, top[0])))
     merged = merge_stretch(times, side, top_times, top, dome_over_s=dome_over)
-    _compare_views(drop.name, merged, (side[1], top[1]))
-    if np.any(merged.source == "both"):
+    common = _contradiction(merged, (side[1], top[1]))
+    alone = common > 0.0 and np.isfinite(find_oscillation(times, *side).free_period_s[0])
+    if common > 0.0:
+        _tell_contradiction(drop.name, common, "the side view alone is used" if alone else "all frames are as doubtful")
+    if alone:
+        # the top view errs: its clock, scale and depth are given by hand, those of the side view follow from its frames
+        own = merge_stretch(times, side, times, (nothing, nothing))
+        merged, common = replace(own, top=merged.top), 0.0
+    elif np.any(merged.source == "both"):
         slow = 0.5 * find_oscillation(times, merged.stretch, merged.stretch_unc).free_period_s[0]
         if np.isfinite(slow):
             merged = merge_stretch(times, side, top_times, top, dome_over_s=dome_over, slow_s=slow)
-    return new_table(
+    table = new_table(
         "stretch",
         {
             "frame": leading["frame"].to_numpy(),
             "t_s": times,
             "stretch": merged.stretch,
-            "stretch_unc": merged.stretch_unc,
+            "stretch_unc": np.hypot(merged.stretch_unc, common),
             "source": [word or None for word in merged.source],
             "stretch_top": merged.top,
             "stretch_side": merged.side,
         },
     )
+    return table, common
 
 
-def _compare_views(name: str, merged: MergedStretch, uncertainties: tuple[Array, Array]) -> None:
-    """Warn where the two views see different λ(t) in the frames that both measure."""
+def _contradiction(merged: MergedStretch, uncertainties: tuple[Array, Array]) -> float:
+    """How far λ(t) of the two views differs in the frames that both measure; 0 unless that is clearly too far."""
     apart = np.abs(merged.top - merged.side)[merged.source == "both"]
     if apart.size < COMMON_FRAMES:
-        return
+        return 0.0
     usual, unc = float(np.median(apart)), sum(float(np.nanmedian(one)) for one in uncertainties)
-    if usual > max(APART, CLEARLY * unc):
-        logger.warning(
-            "%s: λ of the top view and of the side view differ by %.3f in the %d frames that both measure, far beyond "
-            "their uncertainties; check views.top: offset_s, fps, scale_px_per_m, camera_distance_m",
-            name, usual, apart.size,
-        )  # fmt: skip
+    return usual if usual > max(APART, CLEARLY * unc) else 0.0
+
+
+def _tell_contradiction(name: str, apart: float, consequence: str) -> None:
+    logger.warning(
+        "%s: λ of the top view and of the side view differ by %.3f in the frames that both measure, far beyond their "
+        "uncertainties: %s; check views.top: offset_s, fps, scale_px_per_m, camera_distance_m",
+        name, apart, consequence,
+    )  # fmt: skip
 
 
 def _refined_offset(
@@ -115,8 +128,10 @@ def _rate(times: Array, stretch: Array) -> Array:
     return np.nan_to_num(np.gradient(stretch, times)) if times.size > 1 else np.zeros_like(stretch)
 
 
-def _periods_table(found: Oscillation) -> pd.DataFrame:
+def _periods_table(found: Oscillation, common: float) -> pd.DataFrame:
+    """The rows of periods.csv; ``common`` is an error of λ that all frames may share, which no peak averages away."""
     rows = [_row(period, _status(k, found)) for k, period in enumerate(found.periods)]
+    rows = [row | {"stretch_peak_unc": float(np.hypot(row["stretch_peak_unc"], common))} for row in rows]
     rows = rows or [{"period": 1, "status": found.status}]
     names = sorted({name for row in rows for name in row})
     return new_table("periods", {name: [row.get(name) for row in rows] for name in names})
@@ -139,7 +154,7 @@ def _status(k: int, found: Oscillation) -> str:
     return "not_identified" if period.peak.time_s + LATEST_PEAK * interval < ended else "clip_ended"
 
 
-def _row(period: Period, status: str) -> dict[str, float | int | str]:
+def _row(period: Period, status: str) -> dict[str, Any]:
     """A row of ``periods.csv``."""
     valley = period.valley or Extremum(np.nan, np.nan, np.nan, np.nan, False)
     return {
