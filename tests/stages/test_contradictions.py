@@ -42,3 +42,24 @@ def test_a_top_view_at_the_wrong_time_is_told(soft: Path, tmp_path: Path, caplog
         stretch.run(tmp_path / str(told), read_drop("drop", soft))
         assert ("check views.top: offset_s" in caplog.text) is told
     change(soft, "top", offset_s=0.0)
+
+
+@pytest.mark.parametrize(
+    ("scale", "told"),
+    [
+        (1100.0, ""),
+        (990.0, "drop: top view: its scale is 11 % from what the side view says"),
+        (550.0, "drop: no frame of the top view could be measured: no sphere was found: check scale_px_per_m, source"),
+    ],
+)
+def test_a_top_view_of_another_scale_is_told(
+    soft: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture, scale: float, told: str
+) -> None:
+    change(soft, "top", scale_px_per_m=scale)
+    try:
+        measure(soft, tmp_path)
+        stretch.run(tmp_path, read_drop("drop", soft))
+    finally:
+        change(soft, "top", scale_px_per_m=TOP["scale_px_per_m"])
+    assert told in caplog.text
+    assert ("view" in caplog.text) is bool(told)

@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 logger = logging.getLogger(__name__)
 LATEST_PEAK = 1.4  # periods after a peak at which the next one must have been seen, were it there to be seen
 COMMON_FRAMES, APART, CLEARLY = 5, 0.01, 4.0  # beyond these, 1 and standard uncertainties, two views disagree
+SCALE_OFF = 0.03  # a scale given by hand is as good as that
 UNUSABLE = ("no_object", "poor_fit", "bad_frame", "gap")
 
 
@@ -69,6 +70,7 @@ def _merge(views: dict[str, pd.DataFrame], dome_over: float, drop: Drop) -> tupl
             late, unsure = _refined_offset(times, side, top_times, top)
             top_times, top = top_times + late, (top[0], np.hypot(top[1], unsure * _rate(top_times, top[0])))
     merged = merge_stretch(times, side, top_times, top, dome_over_s=dome_over)
+    _check_scale(drop, merged)
     common = _contradiction(merged, (side[1], top[1]))
     alone = common > 0.0 and np.isfinite(find_oscillation(times, *side).free_period_s[0])
     if common > 0.0:
@@ -94,6 +96,21 @@ def _merge(views: dict[str, pd.DataFrame], dome_over: float, drop: Drop) -> tupl
         },
     )
     return table, common
+
+
+def _check_scale(drop: Drop, merged: MergedStretch) -> None:
+    """Warn where the sphere is larger or smaller from above than from the side by one factor in all common frames."""
+    given = drop.view("top").scale_pair.air if drop.experiment.views.top is not None else "auto"
+    ratio = (merged.top / merged.side)[merged.source == "both"]
+    if given == "auto" or ratio.size < COMMON_FRAMES:
+        return
+    off = float(np.median(ratio)) - 1.0
+    if abs(off) > max(SCALE_OFF, CLEARLY * float(np.median(np.abs(ratio - 1.0 - off)))):
+        logger.warning(
+            "%s: top view: its scale is %.0f %% from what the side view says of the sphere's width; check "
+            "views.top.scale_px_per_m (%g, where %.4g would agree) and views.top.camera_distance_m",
+            drop.name, 100.0 * abs(off), given, given * (1.0 + off),
+        )  # fmt: skip
 
 
 def _contradiction(merged: MergedStretch, uncertainties: tuple[Array, Array]) -> float:

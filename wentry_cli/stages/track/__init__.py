@@ -128,5 +128,9 @@ def _complain(drop: Drop, results: Sequence[SideResult | TopResult]) -> None:
             f"{drop.name}: only {max(good)} frames could be measured, analysis.min_frames asks for {least} ({worst}); "
             f"{reason}"
         )
+    for name, count, item in zip(drop.experiment.sides, good, results, strict=True):
+        if not count:
+            told = item.problem or "see its status column"
+            logger.warning("%s: no frame of the %s view could be measured: %s", drop.name, name, told)
     if results[0].problem:
         raise TooFewMeasurementsError(f"{drop.name}: {results[0].problem}")

@@ -92,7 +92,8 @@ def measure_top(drop: Drop, clip: Clip, ground: Background, sampled: list[int], 
     stretch_unc = np.hypot(stretch_unc, _at_rest(stretch, (columns["t_s"] < 0.0) & (np.array(status) == "ok")))
     columns |= {"stretch": stretch, "stretch_unc": stretch_unc, "status": status}
     columns["status"] = vouched("top", columns)
-    problem = "" if seed is not None else "no sphere was found: check source, roi_px and polarity of views.top"
+    said = "" if drop.view("top").scale_pair.air == "auto" else "scale_px_per_m, "
+    problem = "" if seed is not None else f"no sphere was found: check {said}source, roi_px and polarity of views.top"
     if not problem and not math.isfinite(entry.impact_s[0]):
         problem = "the moment of impact is not seen from above: film the side too, or take a clip that holds the impact"
     measured = np.isfinite(fits["radius_px"]).any() and math.isfinite(entry.scale.px_m)
