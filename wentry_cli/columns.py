@@ -32,7 +32,7 @@ ground_noise | 1 | float | standard deviation of a pixel on the ground over its 
 
 # top | track | frame
 frame | 1 | int | index in the clip, from 0, gaps counted
-t_s | s | float | time of mid-exposure after impact
+t_s | s | float | time of mid-exposure after impact (free_flight: after the first frame)
 center_x_px | px | float | centre of the circle, to the right
 center_y_px | px | float | centre of the circle, downwards
 radius_px | px | float ± | radius of the circle
@@ -43,7 +43,7 @@ status | – | text | ok, or why something in this row is not measured
 
 # side | track | frame
 frame | 1 | int | index in the clip, from 0, gaps counted
-t_s | s | float | time of mid-exposure after impact
+t_s | s | float | time of mid-exposure after impact (free_flight: after the first frame)
 center_x_px | px | float | centre of the ellipse, to the right
 center_y_px | px | float | centre of the ellipse, downwards
 radius_px | px | float ± | radius of the sphere of equal volume
@@ -105,7 +105,7 @@ status | – | text | ok, or why something in this row is not measured
 
 # kinematics | kinematics | frame
 frame | 1 | int | index in the clip, from 0, gaps counted
-t_s | s | float | time of mid-exposure after impact
+t_s | s | float | time of mid-exposure after impact (free_flight: after the first frame)
 x_c_m | m | float | sideways position of the centre
 y_b_m | m | float ± | height of the lowest point
 y_c_m | m | float ± | height of the centre of mass
@@ -157,8 +157,8 @@ repeat | – | text | which repeat | not given
 sphere_id | – | text | groups drops of one sphere
 rigid | – | text | true or false
 diameter_m | m | float | undeformed diameter
-density_kg_m3 | kg/m³ | float | density of the sphere
-g_inf_pa | Pa | float | G∞ of the material | rigid sphere
+density_kg_m3 | kg/m³ | float | density of the sphere | not given
+g_inf_pa | Pa | float | G∞ of the material | rigid sphere, or material not given
 impact_speed_m_s | m/s | float ± | U₀, measured, positive downwards | free flight, or filmed from the top only
 speed_from_height_m_s | m/s | float | √(2 g h), the cross-check | height and speed not given
 ± | not known

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import pandas as pd
 import pytest
 from drop_fixtures import RHO, D, Known, R, make_drop, motion, write_events, write_views
 
+from tests.promises import broken_promises
 from wentry_cli.config.campaign import Drop
 from wentry_cli.stages import kinematics, scaling, stretch, summary
 from wentry_cli.tables import has_table, new_table, read_table, write_table
@@ -165,6 +167,18 @@ def test_a_flight_that_is_no_fall_is_a_warning(
     summary.run(tmp_path, make_drop("flight", kind="free_flight", material="rigid"))
     assert read_table(tmp_path, "summary")["acceleration_m_s2"].iloc[0] == acceleration
     assert ("flight: a free flight falls with -9.81 m/s²" in caplog.text) is said
+
+
+def test_a_flight_of_a_sphere_of_which_only_the_diameter_is_known_keeps_its_promise(tmp_path: Path) -> None:
+    n, known = 8, dict.fromkeys(("v_c_m_s", "v_c_m_s_unc", "a_c_m_s2_unc"), 0.5)
+    frames = {"frame": np.arange(n), "t_s": np.arange(n) / 1000.0, "status": "ok"}
+    write_table(tmp_path, "kinematics", new_table("kinematics", frames | known | {"a_c_m_s2": -9.81}))
+    write_table(tmp_path, "side", new_table("side", frames))
+    bare = {"kind": "free_flight", "sphere": {"diameter_m": D}, "analysis": {"min_frames": 3}}
+    summary.run(tmp_path, replace(make_drop("flight", **bare), material=None))
+    assert read_table(tmp_path, "summary")["status"].tolist() == ["ok"]
+    assert read_table(tmp_path, "summary")["density_kg_m3"].isna().all()
+    assert broken_promises(tmp_path, "summary") == []
 
 
 def test_seals(tmp_path: Path) -> None:
