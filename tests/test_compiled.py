@@ -38,7 +38,7 @@ def test_the_first_run_is_known_by_the_kernels_that_are_kept(monkeypatch: pytest
     module._cache_folder.cache_clear()
     monkeypatch.setattr(numba.config, "CACHE_DIR", "")
     try:
-        assert module.compiles_anew()
+        assert module.compiles_anew(["imaging"])
         source = "import numba\nfrom wentry_cli.compiled import compiled\n@compiled\ndef twice(x):\n    return 2 * x\n"
         path = tmp_path / "imaging" / "twice.py"
         path.write_text(source)
@@ -49,9 +49,13 @@ def test_the_first_run_is_known_by_the_kernels_that_are_kept(monkeypatch: pytest
         made = importlib.util.module_from_spec(spec)
         monkeypatch.setitem(sys.modules, name, made)
         spec.loader.exec_module(made)
-        assert module.compiles_anew()
+        assert module.compiles_anew(["imaging"])
         assert made.twice(2.0) == 4.0
-        assert not module.compiles_anew()
+        assert not module.compiles_anew(["imaging"])
+        assert module.compiles_anew(["imaging", "contours"]), "kernels of another room are no help"
+        path.write_text(f"{source}# changed\n")
+        assert module.compiles_anew(["imaging"]), "nor are those of other sources"
+        assert not module.compiles_anew([]), "nothing is needed"
     finally:
         module._cache_folder.cache_clear()
 
@@ -59,7 +63,7 @@ def test_the_first_run_is_known_by_the_kernels_that_are_kept(monkeypatch: pytest
 def test_a_package_that_cannot_be_written_is_never_new(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(module, "PACKAGE", tmp_path)
     monkeypatch.setattr(module.os, "access", lambda path, mode: False)
-    assert not module.compiles_anew()
+    assert not module.compiles_anew(["imaging"])
 
 
 def test_a_function_outside_the_package_is_compiled_too() -> None:

@@ -14,7 +14,7 @@ import os
 import re
 import shutil
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
@@ -24,6 +24,7 @@ T = TypeVar("T")
 
 PACKAGE = Path(__file__).resolve().parent
 KERNELS = "__pycache__/kernels-{room}-{digest}"  # below the package
+FIRST_RUN = "first run: the numerics are compiled now, once, which takes a minute or two"
 KEPT_S = 86_400.0  # another process may still use yesterday's kernels
 _IMPORT = re.compile(r"wentry_cli\.(\w+)")
 
@@ -42,10 +43,10 @@ def compiled(function: Callable[P, T]) -> Callable[P, T]:
         settings.CACHE_DIR = before
 
 
-def compiles_anew() -> bool:
-    """Whether no kernel of any room is kept yet though there is a place for them, so that all will be compiled."""
-    kept = PACKAGE.glob(f"{KERNELS.format(room='*', digest='*')}/**/*.nbc")
-    return os.access(PACKAGE, os.W_OK) and not any(kept)
+def compiles_anew(rooms: Iterable[str]) -> bool:
+    """Whether one of ``rooms`` keeps no kernel of today's sources though there is a place, so that it is compiled."""
+    kept = (PACKAGE / KERNELS.format(room=room, digest=_digest(room)) for room in rooms)
+    return os.access(PACKAGE, os.W_OK) and not all(any(folder.glob("**/*.nbc")) for folder in kept)
 
 
 def _room_of(module: str) -> str | None:

@@ -154,6 +154,8 @@ CAMPAIGN_STAGES: tuple[CampaignStage, ...] = (
     ),
 )  # fmt: skip
 
+KERNELS = {"track": "contours", "cavity": "cavity", "model": "mechanics"}  # the room whose kernels a stage calls first
+
 _ORDER = [*(stage.name for stage in STAGES), *(stage.name for stage in CAMPAIGN_STAGES)]
 
 

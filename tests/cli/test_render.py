@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import errno
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
 import yaml
 
 from tests.cli.conftest import SMALL, Command
+from wentry_cli import compiled
 from wentry_cli.runner.lock import locked
 from wentry_cli.synthetic.frame_writers import ImageWriter
 
@@ -26,6 +28,24 @@ def test_a_campaign_is_drawn_and_counted(wentry: Command, scenes: Path, tmp_path
     assert done.code == 0, done.err
     assert "1 of 1 drop drawn" in done.err
     assert (tmp_path / "videos" / "small" / "experiment.yaml").is_file()
+
+
+def test_the_first_run_is_told(
+    wentry: Command, scenes: Path, video: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Kernels of the rendering are no sign that those of the measurement are there."""
+    needed: list[set[str]] = []
+
+    def anew(rooms: Iterable[str]) -> bool:
+        needed.append({*rooms})
+        return True
+
+    monkeypatch.setattr(compiled, "compiles_anew", anew)
+    assert wentry("render", scenes, "-o", tmp_path / "videos").err.startswith("first run: the numerics are compiled")
+    told = wentry("process", video, "-o", tmp_path / "results", "--until", "track")
+    assert told.err.startswith("first run: the numerics are compiled now")
+    wentry("fit", tmp_path / "results")
+    assert needed == [{"synthetic"}, {"contours"}, set()]
 
 
 def test_a_full_disk_is_one_sentence(

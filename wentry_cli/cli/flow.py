@@ -60,12 +60,12 @@ class Flow:
 
     def _work(self, campaign: Campaign, order: Order, farewell: Farewell) -> None:
         from wentry_cli.cli.console import reporting, show_json
-        from wentry_cli.compiled import compiles_anew
+        from wentry_cli.compiled import FIRST_RUN, compiles_anew
         from wentry_cli.runner.commands import finish, keep_raw_data, locked, tell_failures, work
 
         keep_raw_data(campaign, self.results)  # before the lock, which makes the folder
-        if not self.quiet and order.measures and compiles_anew():
-            click.echo("first run: the numerics are compiled now, once, which takes a minute or two", err=True)
+        if not self.quiet and compiles_anew(order.kernels(campaign)):
+            click.echo(FIRST_RUN, err=True)
         with locked(self.results):
             with reporting(quiet=self.quiet, verbose=self.verbose) as report:
                 if order.measures:

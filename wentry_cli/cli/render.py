@@ -15,6 +15,7 @@ from wentry_cli.cli import options as opt
 @opt.options(opt.jobs, opt.only, opt.quiet)
 def command(scenes: Path, output: Path, jobs: int, only: tuple[str, ...], quiet: bool) -> None:
     """Draw the synthetic drops of the YAML file SCENES, both views, with experiment.yaml and truth/ beside them."""
+    from wentry_cli.compiled import FIRST_RUN, compiles_anew
     from wentry_cli.runner.lock import locked
     from wentry_cli.synthetic.campaign import render_campaign
     from wentry_cli.synthetic.scenes_file import load_scenes
@@ -24,6 +25,8 @@ def command(scenes: Path, output: Path, jobs: int, only: tuple[str, ...], quiet:
             click.echo(f"{done} of {opt.counted(total, 'drop')} drawn", err=True)
 
     load_scenes(scenes)  # before anything is written
+    if not quiet and compiles_anew(["synthetic"]):
+        click.echo(FIRST_RUN, err=True)
     with locked(output):
         names = render_campaign(scenes, output, jobs=jobs, only=only, progress=progress)
     if not quiet:

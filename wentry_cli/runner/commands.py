@@ -10,7 +10,7 @@ from wentry_cli.config.campaign import Drop, find_drops, read_drop
 from wentry_cli.config.inheritance import find_shared, notes_of
 from wentry_cli.config.places import Document, Place, followed, read_value
 from wentry_cli.errors import CampaignError, ConfigurationError, InputError, NoDropError, WentryError
-from wentry_cli.pipeline import CampaignStage, Stage, campaign_stages_of, stages_of
+from wentry_cli.pipeline import KERNELS, CampaignStage, Stage, campaign_stages_of, stages_of
 from wentry_cli.runner.campaign import Hands, run_campaign
 from wentry_cli.runner.campaign_stages import Members, plan_campaign, rewritten_by, run_campaign_stages
 from wentry_cli.runner.drop import Event, Failure, Report
@@ -53,6 +53,11 @@ class Order:
     def measures(self) -> bool:
         """Whether drops are worked on, so that a failed one fails the command; a report shows what there is."""
         return bool(self.stages)
+
+    def kernels(self, campaign: Campaign) -> set[str]:
+        """The rooms whose kernels the stages call that the drops of ``campaign`` need."""
+        needed = (stage for stage in self.stages if any(stage.why_not(drop) is None for drop in campaign.drops))
+        return {KERNELS[stage.name] for stage in needed if stage.name in KERNELS}
 
 
 @dataclass
