@@ -51,6 +51,15 @@ def test_a_campaign_shows_each_drop_and_tells_what_is_missing(wentry: Command, v
     assert "experiment.yaml:1:1: error: kind: must be one of" in done.err
 
 
+def test_a_drop_that_is_not_filled_in_shows_what_lies_there(wentry: Command, video: Path) -> None:
+    (video / "experiment.yaml").unlink()
+    assert wentry("init", video).code == 0
+    done = wentry("info", video)
+    assert done.code == 3
+    assert "sphere.diameter_m: is left empty; fill it in" in done.err
+    assert done.out.startswith(f"drop:                  small\npath:                  {video / 'side'}\n")
+
+
 def test_a_folder_of_recordings_shows_each(wentry: Command, video: Path) -> None:
     """Without any configuration; header and raw data are one recording."""
     header = _photron(video)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from wentry_cli.config.campaign import find_drops, read_drop
-from wentry_cli.errors import Gathered, NoDropError
+from wentry_cli.errors import ConfigurationError, Gathered, NoDropError
 from wentry_cli.frames.description import describe
 from wentry_cli.frames.listing import recordings_in
 
@@ -16,7 +16,9 @@ def describe_all(path: Path, problems: Gathered, *, count_duplicates: bool = Fal
     """What is known of each recording at ``path``; those that cannot be read are told in ``problems``.
 
     In the folder of a drop or of a campaign these are the views that its configuration names, described with ``drop``
-    and ``view`` and with the frame rate that it gives; in another folder whatever lies in it and below.
+    and ``view`` and with the frame rate that it gives. In another folder they are whatever
+    lies in it and below, as in that of a drop whose configuration is wrong, not filled in for example, which is told
+    in ``problems`` too.
     """
     folder = os.path.isdir(path)  # unlike the path's own it takes a name that is too long
     if folder:
@@ -24,11 +26,15 @@ def describe_all(path: Path, problems: Gathered, *, count_duplicates: bool = Fal
             return _of_drops(path, find_drops(path), problems, count_duplicates)
         except NoDropError:
             pass
-    described = []
-    for one in (recordings_in(path) if folder else []) or [path]:
+    return _described((recordings_in(path) if folder else []) or [path], problems, count_duplicates)
+
+
+def _described(recordings: list[Path], problems: Gathered, count_duplicates: bool) -> list[dict[str, Any]]:
+    found = []
+    for one in recordings:
         with problems.part():
-            described.append(describe(one, count_duplicates=count_duplicates))
-    return described
+            found.append(describe(one, count_duplicates=count_duplicates))
+    return found
 
 
 def _of_drops(
@@ -37,7 +43,12 @@ def _of_drops(
     described: list[dict[str, Any]] = []
     for name, folder in drops.items():
         with problems.part():
-            drop = read_drop(name, folder, top=top)
+            try:
+                drop = read_drop(name, folder, top=top)
+            except ConfigurationError:
+                there = _described(recordings_in(folder), problems, count_duplicates)
+                described += [{"drop": name} | facts for facts in there]
+                raise
             for view in drop.experiment.sides:
                 given = drop.view(view)
                 fps = None if given.fps == "from_header" else float(given.fps)
