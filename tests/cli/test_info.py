@@ -94,3 +94,21 @@ def test_a_folder_without_recordings_is_told(wentry: Command, tmp_path: Path) ->
     done = wentry("info", tmp_path)
     assert done.code == 4
     assert f"{tmp_path}: no image here" in done.err
+
+
+@pytest.mark.parametrize(
+    ("names", "left", "parts"),
+    [
+        (("cam1/a_1.png", "overhead.tif"), ["overhead.tif"], "the sphere, its material and fps"),
+        (("a.cihx", "a.cih", "b.cihx"), ["b.cihx"], "the sphere and its material"),
+        (("side.cine", "top.cine"), [], "the sphere and its material"),
+    ],
+)
+def test_init_says_what_it_could_not_name(
+    wentry: Command, tmp_path: Path, names: tuple[str, ...], left: list[str], parts: str
+) -> None:
+    for name in names:
+        _write((tmp_path / "drop" / name).parent, Path(name).name)
+    *told, closing = wentry("init", tmp_path / "drop").err.splitlines()
+    assert [line.split(":")[0] for line in told] == [str(tmp_path / "drop" / name) for name in left]
+    assert f"fill in {parts}, then" in closing

@@ -356,7 +356,7 @@ def test_the_scaffold_needs_a_folder(tmp_path: Path) -> None:
     for folder in (tmp_path / "clip.avi", tmp_path / "clip.avi" / "below"):
         with pytest.raises(InputError, match=r"clip\.avi: is a file; give the folder that holds the recording"):
             write_scaffold(folder)
-    assert write_scaffold(tmp_path / "new" / "drop").is_file()
+    assert write_scaffold(tmp_path / "new" / "drop").path.is_file()
 
 
 def test_the_page_of_defaults_is_true() -> None:

@@ -22,6 +22,13 @@ def command(folder: Path, kind: str) -> None:
     """Write an experiment.yaml to fill in into FOLDER; recordings that lie there are named in it."""
     from wentry_cli.config.scaffold import write_scaffold
 
-    path = write_scaffold(folder, kind)
-    parts = "the sphere" if kind == "free_flight" else "the sphere and its material"
-    click.echo(f"{path}: fill in {parts}, then `wentry check {folder}`", err=True)
+    written = write_scaffold(folder, kind)
+    for name in written.not_named:
+        click.echo(
+            f"{folder / name}: not named in it, since its name does not tell the view; if it is the other view of this "
+            "drop, name it under views: side: or top:",
+            err=True,
+        )
+    parts = ["the sphere", *([] if kind == "free_flight" else ["its material"]), *(["fps"] if written.asks_fps else [])]
+    listed = " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
+    click.echo(f"{written.path}: fill in {listed}, then `wentry check {folder}`", err=True)

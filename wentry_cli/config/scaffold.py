@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from wentry_cli.config.campaign import EXPERIMENT
@@ -34,8 +35,17 @@ TOP = """\
 """
 
 
-def write_scaffold(folder: Path, kind: str = "water_entry") -> Path:
-    """Write ``experiment.yaml`` for a drop of ``kind`` into ``folder`` and return its path.
+@dataclass(frozen=True)
+class Scaffold:
+    """What was written: the file, whether a view asks for its frame rate, recordings there that it does not name."""
+
+    path: Path
+    asks_fps: bool
+    not_named: tuple[str, ...]
+
+
+def write_scaffold(folder: Path, kind: str = "water_entry") -> Scaffold:
+    """Write ``experiment.yaml`` for a drop of ``kind`` into ``folder``.
 
     Raises ``InputError`` if there is one already, or where ``folder`` is a file or cannot be made.
     """
@@ -45,7 +55,8 @@ def write_scaffold(folder: Path, kind: str = "water_entry") -> Path:
     path = folder / EXPERIMENT
     if path.exists():
         raise InputError(f"{path}: stands already; edit it, or remove it to start anew")
-    sources = _sources(folder)
+    found = _recordings(folder)
+    sources = _sources(found)
     views = "".join(
         VIEW.format(name=name, source=source, fps="from_header" if _knows_rate(source) else "")
         + (TOP if name == "top" and kind != "free_flight" else "")
@@ -53,14 +64,26 @@ def write_scaffold(folder: Path, kind: str = "water_entry") -> Path:
     )
     falls = "" if kind == "free_flight" else FALLS
     write_text(path, TEMPLATE.format(kind=kind, falls=falls, views=views))
-    return path
+    left = tuple(name for name in found if name not in sources.values())
+    return Scaffold(path, not all(map(_knows_rate, sources.values())), left)
 
 
-def _sources(folder: Path) -> dict[str, str]:
-    """Which recording is the side view and which the top view, by their names."""
+def _recordings(folder: Path) -> list[str]:
+    """Names of the files and folders in ``folder`` that may be recordings; of a Photron pair of headers the newer."""
     if not folder.is_dir():
-        return {"side": "side"}
-    found = sorted(item.name for item in folder.iterdir() if item.is_dir() or item.suffix.lower() in RECORDINGS)
+        return []
+    shown = [item for item in folder.iterdir() if not item.name.startswith(".")]
+    newer = {item.stem for item in shown if item.suffix.lower() == ".cihx"}
+    return sorted(
+        item.name
+        for item in shown
+        if item.is_dir()
+        or (item.suffix.lower() in RECORDINGS and not (item.suffix.lower() == ".cih" and item.stem in newer))
+    )
+
+
+def _sources(found: list[str]) -> dict[str, str]:
+    """Which recording is the side view and which the top view, by their names."""
     top = next((name for name in found if "top" in name.lower()), None)
     side = next((name for name in found if name != top), "side")
     return {"side": side} if top is None else {"side": side, "top": top}
