@@ -16,6 +16,7 @@ import pytest
 
 from tests.frames.recording_bytes import png
 from wentry_cli.cli.main import run
+from wentry_cli.config.materials import packaged_config
 
 EXPERIMENT = """\
 kind: water_entry
@@ -62,6 +63,7 @@ def test_every_command_explains_itself(name: str) -> None:
     done = wentry(name, "--help")
     assert done.returncode == 0, done.stderr
     assert "Usage:" in done.stdout
+    assert ("--quiet" in done.stdout) is ("Errors and warnings only." in done.stdout)
 
 
 def test_help_answers_at_once() -> None:
@@ -176,6 +178,7 @@ def test_the_campaign_that_is_inherited_is_named(tmp_path: Path) -> None:
         assert done.stderr == ""
     done = wentry("check", "campaign", cwd=tmp_path)
     assert f"campaign.yaml: {shared}" in done.stdout
+    assert "materials.yaml: none" in done.stdout, "a rigid sphere needs none"
     assert str(shared) not in done.stderr
     for words in (("check",), ("process", "-n")):
         assert f"{shared}, above campaign" in wentry(*words, str(Path("campaign/day/a")), cwd=tmp_path).stderr
@@ -184,6 +187,20 @@ def test_the_campaign_that_is_inherited_is_named(tmp_path: Path) -> None:
     assert done.returncode == 3
     assert "kind: is required" in done.stderr
     assert f"{shared} is not used: it lies more than 3 folders above" in done.stderr
+
+
+def test_the_materials_file_that_is_used_is_named(tmp_path: Path) -> None:
+    folder = _drop(tmp_path / "a", EXPERIMENT.replace("rigid", "dragonskin_6p70_small"))
+    (folder / "side").mkdir()
+    for number in (1, 2, 4):
+        (folder / "side" / f"side_{number}.png").write_bytes(png(np.zeros((8, 8), np.uint8), 8))
+    packaged = packaged_config("materials.yaml")
+    assert f"materials.yaml: {packaged}" in wentry("check", "a", cwd=tmp_path).stdout
+    (folder / "materials.yaml").write_bytes(packaged.read_bytes())
+    done = wentry("check", "a", cwd=tmp_path)
+    assert f"materials.yaml: {Path('a', 'materials.yaml')}" in done.stdout
+    assert "4 frames of 8 x 8 (1 missing by their numbers)" in done.stdout
+    assert json.loads(wentry("check", "a", "--json", cwd=tmp_path).stdout)["materials"] == {"a": "a/materials.yaml"}
 
 
 def test_init_then_check(tmp_path: Path) -> None:

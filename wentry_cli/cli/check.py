@@ -25,26 +25,28 @@ def command(
 
     campaign = commands.read_campaign(video_dir, settings, only)
     shared = {drop.name: None if drop.shared.path is None else str(drop.shared.path) for drop in campaign.drops}
+    materials = {drop.name: str(drop.materials_path) if drop.material else None for drop in campaign.drops}
     with reporting(quiet=quiet, verbose=False) as report:
         seen = inspect_sources(campaign.drops, report if frames else None)
     campaign.failures += seen.failures
     if as_json:
         told = {failure.drop: failure.sentence for failure in campaign.failures}
         looked = {"damage": seen.damage} if frames else {}
-        show_json({"drops": seen.facts, "campaign": shared, "failures": told, **looked})
+        show_json({"drops": seen.facts, "campaign": shared, "materials": materials, "failures": told, **looked})
     else:
         for sentence in [*(() if quiet else campaign.notes), *(failure.sentence for failure in campaign.failures)]:
             click.echo(sentence, err=True)
         if not quiet:
-            _show(seen.facts, shared)
+            _show(seen.facts, {"campaign.yaml": shared, "materials.yaml": materials})
             if seen.facts and not frames:
                 thorough = f"wentry check {video_dir} --frames"
                 click.echo(f"headers alone were read; {thorough} reads every frame and names damaged ones", err=True)
     commands.raise_failures(campaign)
 
 
-def _show(facts: dict[str, dict[str, str]], shared: dict[str, str | None]) -> None:
+def _show(facts: dict[str, dict[str, str]], files: dict[str, dict[str, str | None]]) -> None:
     for name, views in facts.items():
-        click.echo(f"{name:24} campaign.yaml: {shared[name] or 'none'}")
+        for file, used in files.items():
+            click.echo(f"{name:24} {file}: {used[name] or 'none'}")
         for view, sentence in views.items():
             click.echo(f"{name:24} {view:5} {sentence}")

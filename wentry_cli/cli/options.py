@@ -67,7 +67,7 @@ settings = click.option(
     "--set", "settings", multiple=True, metavar="KEY.PATH=VALUE", help="Override a configuration key."
 )
 as_json = click.option("--json", "as_json", is_flag=True, help="Print the record as JSON on stdout.")
-quiet = click.option("-q", "--quiet", is_flag=True, help="Errors only.")
+quiet = click.option("-q", "--quiet", is_flag=True, help="Errors and warnings only.")
 verbose = click.option("-v", "--verbose", is_flag=True, help="Also say what is skipped, and why.")
 only = click.option("--drop", "only", multiple=True, metavar="NAME", help="This drop only; may be repeated.")
 verify = click.option("--verify", is_flag=True, help="Hash whole recordings instead of samples.")

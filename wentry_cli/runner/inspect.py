@@ -109,8 +109,9 @@ def _look(drop: Drop, view: str) -> tuple[str, list[float]]:
         time_s = frame_times(drop, view, opened).tolist()
     finally:
         opened.recording.close()
+    missing = f" ({info.gaps} missing by their numbers)" if info.gaps else ""
     sentence = (
-        f"{info.format}, {info.frame_count} frames of {info.width} x {info.height}, "
+        f"{info.format}, {info.frame_count} frames of {info.width} x {info.height}{missing}, "
         f"{rate:g} frames/s ({info.fps_source})"
     )
     return sentence, time_s
