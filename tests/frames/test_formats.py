@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -15,7 +16,7 @@ from recording_bytes import cih, cihx, cine, grey, png, write_photron
 from wentry_cli.errors import ConfigurationError, InputError
 from wentry_cli.frames.description import count_duplicate_frames, describe
 from wentry_cli.frames.formats import FORMATS, open_recording
-from wentry_cli.frames.identity import recording_identity
+from wentry_cli.frames.identity import recording_content, recording_identity
 
 LEVELS = grey(6, 4, frames=3).astype(np.uint8)
 
@@ -102,6 +103,20 @@ def test_identity_of_a_folder_sees_every_file(tmp_path: Path) -> None:
     assert recording_identity(tmp_path) == second
     (tmp_path / "f3.png").unlink()
     assert recording_identity(tmp_path) != second
+
+
+def test_the_content_of_a_recording_is_that_of_its_copy(tmp_path: Path) -> None:
+    for number in range(5):
+        (tmp_path / "a" / f"f{number}.png").parent.mkdir(exist_ok=True)
+        (tmp_path / "a" / f"f{number}.png").write_bytes(png(LEVELS[0], 8))
+    shutil.copytree(tmp_path / "a", tmp_path / "b", copy_function=shutil.copyfile)
+    os.utime(tmp_path / "b" / "f1.png", ns=(7, 7))
+    assert recording_identity(tmp_path / "a") != recording_identity(tmp_path / "b")
+    assert recording_content(tmp_path / "a") == recording_content(tmp_path / "b")
+    (tmp_path / "b" / "f1.png").write_bytes(png(LEVELS[1], 8))
+    assert recording_content(tmp_path / "a") != recording_content(tmp_path / "b")
+    with pytest.raises(InputError, match="cannot be read"):
+        recording_content(tmp_path / "clip.avi")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="files with holes take room here")

@@ -54,6 +54,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         monkeypatch.setitem(sys.modules, f"wentry_cli.stages.{stage}", module)
     identity = types.ModuleType("identity")
     identity.recording_identity = lambda path, verify=False: f"{path}{verify}"  # type: ignore[attr-defined]
+    identity.recording_content = lambda path: f"content:{path}"  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "wentry_cli.frames.identity", identity)
     plan_module.identity.cache_clear()
     return names

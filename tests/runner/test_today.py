@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from tests.cli.conftest import SMALL, Command, call_wentry, wentry
 from wentry_cli.config.campaign import read_drop
 from wentry_cli.config.materials import packaged_config
 from wentry_cli.pipeline import STAGES
+from wentry_cli.runner import plan
 from wentry_cli.runner.plan import fingerprint
 from wentry_cli.runner.status import campaign_status
 from wentry_cli.synthetic.campaign import render_drop
@@ -112,3 +114,23 @@ def test_a_material_reaches_only_what_uses_it(made: Path, tmp_path: Path) -> Non
     (folder / "materials.yaml").write_text(given.replace("xi: 0.0866", "xi: 0.08"), encoding="utf-8")
     other = marks("dragonskin_6p70_small")
     assert {name for name in stages if small[name] != other[name]} == {"model", "summary"}
+
+
+def test_a_touched_recording_is_the_same_one_and_a_changed_one_is_not(made: Path) -> None:
+    frame = sorted((made / "small" / "side").iterdir())[5]
+    stat, content = frame.stat(), frame.read_bytes()
+
+    def states() -> set[str]:
+        plan.identity.cache_clear()
+        return {state for state, _ in campaign_status(made / "results")["small"].values()}
+
+    try:
+        os.utime(frame, ns=(1, 1))
+        assert states() == {"fresh", "not needed"}
+        frame.write_bytes(content[:-9] + bytes([content[-9] ^ 1]) + content[-8:])
+        os.utime(frame, ns=(1, 1))
+        assert states() == {"stale", "not needed"}
+    finally:
+        frame.write_bytes(content)
+        os.utime(frame, ns=(stat.st_atime_ns, stat.st_mtime_ns))
+        plan.identity.cache_clear()

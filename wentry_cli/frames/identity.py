@@ -52,6 +52,22 @@ def recording_identity(path: Path, *, verify: bool = False) -> str:
     return f"{'full' if verify else 'sampled'}:{digest.hexdigest()}"
 
 
+def recording_content(path: Path) -> str:
+    """Return a word that stays when only times change, as in a copy: names, sizes and samples of every file.
+
+    Raises InputError where a file cannot be read.
+    """
+    digest = hashlib.sha256()
+    for file in recording_files(Path(path)):
+        try:
+            size = file.stat().st_size
+            digest.update(f"{file.name}\0{size}\0".encode("utf-8", "surrogateescape"))
+            _hash_samples(digest, file, size)
+        except OSError as error:
+            raise InputError(f"{file}: cannot be read ({error.strerror}); check the source") from error
+    return f"content:{digest.hexdigest()[:32]}"
+
+
 def _hash_samples(digest: hashlib._Hash, file: Path, size: int) -> None:
     last = max(0, size - BLOCK)
     places = sorted({last * i // (SAMPLES - 1) for i in range(SAMPLES)})

@@ -88,11 +88,14 @@ def why_stale(members: Members, stage: CampaignStage) -> str | None:
     for name, digest in known["outputs"].items():
         if written.get(name) != digest:
             return f"{name} was changed or removed"
-    return first_change(known["fingerprint"], fingerprint(members, stage))
+    return first_change(known["fingerprint"], fingerprint(members, stage, known["fingerprint"]))
 
 
-def fingerprint(members: Members, stage: CampaignStage) -> dict[str, Any]:
-    """Everything that the result of ``stage`` depends on, by a name that a reader understands."""
+def fingerprint(members: Members, stage: CampaignStage, before: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Everything that the result of ``stage`` depends on, by a name that a reader understands.
+
+    A recording that is still that of the fingerprint ``before`` keeps its mark.
+    """
     results, drops = members.results, members.of(stage)
     marks: dict[str, Any] = {"version": __version__, "list of drops": digest_of([drop.name for drop in drops])}
     for name in stage.reads:
@@ -102,33 +105,29 @@ def fingerprint(members: Members, stage: CampaignStage) -> dict[str, Any]:
             marks[f"{drop.name}/{name}.csv"] = digest_of_file(table_path(results / drop.name, name))
         if stage.shows_all:
             marks[f"configuration of {drop.name}"] = digest_of(drop.record())
-            marks |= {f"recording {view} of {drop.name}": _identity(drop, view) for view in drop.experiment.sides}
+            for view in drop.experiment.sides:
+                mark = f"recording {view} of {drop.name}"
+                marks[mark] = _identity(drop, view, str((before or {}).get(mark, "")))
     if stage.shows_all:
         marks["software beside wentry"] = digest_of(environment())
-        marks["list of failures and warnings"] = digest_of(_told(results, drops))
+        failures = read_json(results / RUN).get("failures")
+        marks["list of failures"] = digest_of([failures, *_told(results, drops, "error")])
+        marks["list of warnings"] = digest_of(_told(results, drops, "warnings"))
     return {what: mark for what, mark in marks.items() if mark is not None}
 
 
-def _identity(drop: Drop, view: str) -> str | None:
+def _identity(drop: Drop, view: str, before: str) -> str | None:
     """``None`` for a recording that is gone: its tables are still there to be shown."""
     try:
-        return identity(drop.source_path(view), False)
+        return identity(drop.source_path(view), False, before)
     except InputError:
         return None
 
 
-def _told(results: Path, drops: list[Drop]) -> list[Any]:
-    told: list[Any] = [read_json(results / RUN).get("failures")]
-    for drop in drops:
-        record = read_json(results / drop.name / STAGES)
-        told.append(
-            [
-                [entry.get("error"), entry.get("warnings")]
-                for _, entry in sorted(record.items())
-                if isinstance(entry, dict)
-            ]
-        )
-    return told
+def _told(results: Path, drops: list[Drop], what: str) -> list[Any]:
+    """``what`` (``error`` or ``warnings``) the stages of each drop have left in its record."""
+    records = [read_json(results / drop.name / STAGES) for drop in drops]
+    return [[entry.get(what) for _, entry in sorted(one.items()) if isinstance(entry, dict)] for one in records]
 
 
 def _written(results: Path, stage: CampaignStage) -> dict[str, str]:

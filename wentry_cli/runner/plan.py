@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -84,7 +85,8 @@ def why_stale(folder: Path, drop: Drop, stage: Stage, record: dict[str, Any], *,
     for name, digest in known.get("outputs", {}).items():
         if digest_of_file(table_path(folder, name)) != digest:
             return f"{name}.csv was changed or removed"
-    return first_change(known["fingerprint"], fingerprint(folder, drop, stage, verify=verify))
+    before = known["fingerprint"]
+    return first_change(before, fingerprint(folder, drop, stage, before, verify=verify))
 
 
 def not_complete(known: Any) -> str | None:
@@ -99,8 +101,13 @@ def first_change(before: dict[str, Any], today: dict[str, Any]) -> str | None:
     return next((f"{what} changed" for what in {**today, **before} if before.get(what) != today.get(what)), None)
 
 
-def fingerprint(folder: Path, drop: Drop, stage: Stage, *, verify: bool = False) -> dict[str, Any]:
-    """Everything that the result of ``stage`` depends on, by a name that a reader understands."""
+def fingerprint(
+    folder: Path, drop: Drop, stage: Stage, before: Mapping[str, Any] | None = None, *, verify: bool = False
+) -> dict[str, Any]:
+    """Everything that the result of ``stage`` depends on, by a name that a reader understands.
+
+    A recording that is still that of the fingerprint ``before`` keeps its mark.
+    """
     marks: dict[str, Any] = {"version": __version__}
     for key in stage.keys:
         marks[key if key.startswith("material") else f"configuration {key}"] = digest_of(_part(drop, key))
@@ -110,7 +117,8 @@ def fingerprint(folder: Path, drop: Drop, stage: Stage, *, verify: bool = False)
         marks[f"{name}.csv"] = digest_of_file(table_path(folder, name))
     if stage.frames:
         for view in drop.experiment.sides:
-            marks[f"recording {view}"] = identity(drop.source_path(view), verify)
+            mark = f"recording {view}"
+            marks[mark] = identity(drop.source_path(view), verify, str((before or {}).get(mark, "")))
     return marks
 
 
@@ -131,8 +139,18 @@ def _corrections(drop: Drop, stage: Stage) -> Any:
 
 
 @cache
-def identity(path: Path, verify: bool) -> str:
-    """One look at a recording serves all stages of a run."""
-    from wentry_cli.frames.identity import recording_identity
+def identity(path: Path, verify: bool, before: str = "") -> str:
+    """What identifies the recording at ``path``; ``before`` where it is the one that this stood for.
 
-    return recording_identity(path, verify=verify)
+    That is told by names, sizes, times and a few samples; where these differ, by what all files hold, since a copy or
+    a touch changes the times alone. One look at a recording serves all stages of a run.
+    """
+    from wentry_cli.frames.identity import recording_content, recording_identity
+
+    seen = recording_identity(path, verify=verify)
+    if verify:
+        return seen
+    if before.startswith(f"{seen} "):
+        return before
+    content = recording_content(path)
+    return before if before.endswith(f" {content}") else f"{seen} {content}"
