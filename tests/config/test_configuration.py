@@ -50,13 +50,13 @@ def test_a_good_file_is_read(tmp_path: Path) -> None:
     ("change", "expected"),
     [
         (("diameter_m", "diametre_m"), "2:10: error: sphere.diametre_m: unknown key; did you mean diameter_m?"),
-        (("0.051", "-0.051"), "2:10: error: sphere.diameter_m: must be at least 1e-05, not -0.051"),
-        (("0.051", "51"), "sphere.diameter_m: must be at most 1, not 51"),
-        (("1070", "1.07"), "sphere.density_kg_m3: must be at least 10, not 1.07"),
+        (("0.051", "-0.051"), "2:10: error: sphere.diameter_m: must be at least 1e-05 m, not -0.051"),
+        (("0.051", "51"), "sphere.diameter_m: must be at most 1 m, not 51; 51 mm is 0.051 m"),
+        (("1070", "1.07"), "sphere.density_kg_m3: must be at least 10 kg/m³, not 1.07; 1.07 g/cm³ is 1070 kg/m³"),
         (("0.051", "true"), "sphere.diameter_m: must be a number, not True"),
         (("0.051", ".nan"), "sphere.diameter_m: must be"),
         (("0.051", "51 mm"), "sphere.diameter_m: must be a number, not '51 mm'"),
-        (("fps: 2000", "fps: 0"), "4:24: error: views.side.fps: must be at least 0.01, not 0"),
+        (("fps: 2000", "fps: 0"), "4:24: error: views.side.fps: must be at least 0.01 frames/s, not 0"),
         (("fps: 2000", "fps: fast"), "views.side.fps: must be a number or 'from_header', not 'fast'"),
         (("fps: 2000", "frames: [9, 1]"), "the first frame 9 lies after the last 1"),
         (("fps: 2000", "rotate: 45"), "views.side.rotate: must be one of 0, 90, 180 or 270, not 45"),
@@ -84,16 +84,16 @@ def test_a_good_file_is_read(tmp_path: Path) -> None:
         (("side,", '"si\\0de",'), "4:10: error: views.side.source: must be one line of text"),
         (("kind:", "repeat: -1.5\nkind:"), "1:1: error: repeat: must be text or a whole number from 0, not -1.5"),
         (("kind:", "repeat: .nan\nkind:"), "1:1: error: repeat: must be text or a whole number from 0, not nan"),
-        (("fps: 2000", "fps: 1e9"), "4:24: error: views.side.fps: must be at most 1e+07, not 1000000000.0"),
+        (("fps: 2000", "fps: 1e9"), "4:24: error: views.side.fps: must be at most 1e+07 frames/s, not 1000000000.0"),
         (
             ("fps: 2000", "surface_y_px: 99999"),
-            "4:24: error: views.side.surface_y_px: must be at most 20000, not 99999",
+            "4:24: error: views.side.surface_y_px: must be at most 20000 px, not 99999",
         ),
         (
             ("kind:", "analysis: {min_frames: 1000000000000000000000000000}\nkind:"),
             "1:12: error: analysis.min_frames: must",
         ),
-        (("side: {", "top: {offset_s: 1e300, "), "4:9: error: views.top.offset_s: must be at most 1000, not 1e+300"),
+        (("side: {", "top: {offset_s: 1e300, "), "4:9: error: views.top.offset_s: must be at most 1000 s, not 1e+300"),
         (("fps: 2000", "roi_px: [0, 0]"), "views.side.roi_px.2: is required"),
         (("  side", "\tside"), "4:1: error: not valid YAML: a tab stands here; write spaces instead of it"),
         (("kind: ", "kind:\t"), "1:6: error: not valid YAML: a tab stands here; write spaces instead of it"),
@@ -282,6 +282,9 @@ def test_set_overrides_and_is_located(tmp_path: Path) -> None:
     assert drop.view("side").fps == 1000
     with pytest.raises(ConfigurationError, match=r"--set analysis\.trucking.*did you mean tracking"):
         read_drop("drop", tmp_path, overrides_document(("analysis.trucking=fast",)))
+    with pytest.raises(ConfigurationError) as caught:
+        read_drop("drop", tmp_path, overrides_document(("analysis.smother=gcv",)))
+    assert str(caught.value).startswith("--set analysis.smother: error: analysis.smother: unknown key")
     with pytest.raises(ConfigurationError, match=r"write key\.path=value"):
         overrides_document(("tracking",))
 

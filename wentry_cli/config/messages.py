@@ -9,15 +9,16 @@ from typing import Any, TypeVar, get_args
 from pydantic import BaseModel, ValidationError
 
 from wentry_cli.config.places import Document, KeyPath
+from wentry_cli.config.units import probably_meant, unit_of
 from wentry_cli.errors import ConfigurationError
 
 M = TypeVar("M", bound=BaseModel)
 
 _PLAIN = {
     "missing": "is required",
-    "greater_than": "must be greater than {gt:g}, not {input}",
-    "greater_than_equal": "must be at least {ge:g}, not {input}",
-    "less_than_equal": "must be at most {le:g}, not {input}",
+    "greater_than": "must be greater than {gt:g}{unit}, not {input}",
+    "greater_than_equal": "must be at least {ge:g}{unit}, not {input}{meant}",
+    "less_than_equal": "must be at most {le:g}{unit}, not {input}{meant}",
     "float_type": "must be a number, not {input}",
     "int_type": "must be a whole number, not {input}",
     "finite_number": "must be a finite number, not {input}",
@@ -100,7 +101,9 @@ def _message(problem: Any, path: KeyPath, model: type[BaseModel]) -> str:
     if problem["input"] is None and kind != "missing":
         return "is left empty; fill it in"
     sentence = _PLAIN.get(kind, "cannot be {input}")
-    return sentence.format(input=_shown(problem["input"]), **_context(problem))
+    context, key = _context(problem), str(path[-1]) if path else ""
+    meant = probably_meant(key, problem["input"], low=context.get("ge"), high=context.get("le"))
+    return sentence.format(input=_shown(problem["input"]), unit=unit_of(key), meant=meant, **context)
 
 
 def _context(problem: Any) -> dict[str, Any]:

@@ -19,7 +19,7 @@ _WORD = "tag:yaml.org,2002:str"
 
 @dataclass(frozen=True)
 class Place:
-    """Where a key stands; line and column count from 1."""
+    """Where a key stands; line and column count from 1 (0: it stands on the command line, ``file`` is its option)."""
 
     file: Path
     line: int
@@ -27,7 +27,7 @@ class Place:
 
     def __str__(self) -> str:
         """``file:line:column`` as editors read it."""
-        return f"{self.file}:{self.line}:{self.column}"
+        return f"{self.file}:{self.line}:{self.column}" if self.line else str(self.file)
 
 
 @dataclass

@@ -86,7 +86,7 @@ def overrides_document(settings: tuple[str, ...]) -> Document | None:
         below: dict[str, Any] = {parts[-1]: value}
         for part in reversed(parts[:-1]):
             below = {part: below}
-        place = Place(Path(f"--set {key}"), 1, 1)
+        place = Place(Path(f"--set {key}"), 0, 0)
         document = Document(below, {tuple(parts): place}).over(document)
     return document if settings else None
 
