@@ -185,3 +185,16 @@ def test_a_fall_that_is_not_that_of_gravity_is_told(tmp_path: Path, caplog: pyte
     kinematics.run(tmp_path, make_drop())
     assert "before impact the sphere falls with 2.4 ±" in caplog.text
     assert "check fps" in caplog.text
+
+
+def test_a_surface_that_was_given_too_low_is_no_fault_of_the_camera(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """What counts as the fall then ends in the water."""
+    write_views(tmp_path, motion())
+    side = read_table(tmp_path, "side")
+    side["t_s"] -= 15.0 / FPS
+    write_table(tmp_path, "side", side)
+    kinematics.run(tmp_path, make_drop(views={"side": {"source": "side", "fps": FPS, "surface_y_px": 340}}))
+    assert "check views.side.surface_y_px, which says when it ends" in caplog.text
+    assert "fps" not in caplog.text

@@ -124,16 +124,28 @@ def _check_fall(drop: Drop, times: Array, bottom: tuple[Array, Array], scale_px_
     before = (times < 0.0) & np.isfinite(bottom[0])
     if before.sum() < FEWEST_IN_FALL:
         return
-    fit = fit_parabola(times[before], bottom[0][before], bottom[1][before], relative=True)
+    gravity = drop.experiment.gravity_m_s2
+    found, unc, falls = _falls(times[before], (bottom[0][before], bottom[1][before]), scale_px_m, gravity)
+    if falls:
+        return
+    early = np.flatnonzero(before)[: FEWEST_IN_FALL // 2 + int(before.sum()) // 2]
+    told = "check fps and sphere.diameter_m, which give time and scale"
+    if drop.view("side").surface_y_px != "auto":
+        fell = _falls(times[early], (bottom[0][early], bottom[1][early]), scale_px_m, gravity)[2]
+        told = "check views.side.surface_y_px, which says when it ends" if fell else f"{told}, views.side.surface_y_px"
+    logger.warning(
+        "%s: before impact the sphere falls with %.2g ± %.1g m/s², not with gravity_m_s2 = %.3g: %s",
+        drop.name, found, unc, gravity, told,
+    )  # fmt: skip
+
+
+def _falls(times: Array, bottom: tuple[Array, Array], scale_px_m: float, gravity: float) -> tuple[float, float, bool]:
+    """Acceleration downwards and its uncertainty, m/s², and whether it may be that of gravity."""
+    fit = fit_parabola(times, *bottom, relative=True)
     found, unc = -float(fit.parameters[2]), math.sqrt(float(fit.covariance[2, 2]))
     # an edge that errs by a part of a pixel, slowly, looks like the bend of a parabola
-    bend = 8.0 * SLOW_EDGE_PX / scale_px_m / float(np.ptp(times[before])) ** 2
-    gravity = drop.experiment.gravity_m_s2
-    if abs(found - gravity) > max(CLEARLY_OFF * unc + bend, 0.25 * gravity):
-        logger.warning(
-            "%s: before impact the sphere falls with %.2g ± %.1g m/s², not with gravity_m_s2 = %.3g: check fps and "
-            "sphere.diameter_m, which give time and scale", drop.name, found, unc, gravity,
-        )  # fmt: skip
+    bend = 8.0 * SLOW_EDGE_PX / scale_px_m / float(np.ptp(times)) ** 2
+    return found, unc, abs(found - gravity) <= max(CLEARLY_OFF * unc + bend, 0.25 * gravity)
 
 
 def entry_motion(
