@@ -94,6 +94,14 @@ def test_periods_join_and_peaks_lie_inside(soft_course):
     assert np.abs(rate).max() < 0.1
 
 
+def test_peaks_are_those_of_the_stretch_in_the_table_of_frames():
+    course, times = plan_scene(make_scene(switches={"misfit": [0.0, 0.01]}))
+    truth = summarise_truth(course, times["side"])
+    rows = tabulate_side(course, np.array(truth["peak_times_s"]))
+    np.testing.assert_allclose([row["stretch"] for row in rows], truth["peaks"], rtol=1e-6)
+    assert truth["stretch_peak_n"] in truth["peaks"]
+
+
 def test_speed_lost_in_the_first_period_is_a_difference_of_velocities(soft_course):
     truth = summarise_truth(soft_course, np.array([-0.005]))
     end = truth["periods"][0]["end_s"]

@@ -180,6 +180,7 @@ def summarise_truth(course: Course, side_times: Floats | None) -> dict[str, Any]
     """The contents of truth.yaml."""
     scene, cavity = course.scene, course.cavity
     periods = find_periods(course) if scene.sphere.law is not None else Periods((), (), (), (), ())
+    widest = course.motion.shape.widest  # λ is the greatest half-width over R here as in truth.csv
     u0 = course.motion.speed_m_s
     truth: dict[str, Any] = {
         "impact_time_s": None if scene.kind == "free_flight" or side_times is None else _number(-float(side_times[0])),
@@ -195,8 +196,8 @@ def summarise_truth(course: Course, side_times: Floats | None) -> dict[str, Any]
             {"start_s": _number(a), "end_s": _number(b)} for a, b in zip(periods.starts_s, periods.ends_s, strict=True)
         ],
         "peak_times_s": [_number(p) for p in periods.peak_times_s],
-        "peaks": [_number(p) for p in periods.peaks],
-        "valleys": [_number(p) for p in periods.valleys],
+        "peaks": [_number(widest * p) for p in periods.peaks],
+        "valleys": [_number(widest * p) for p in periods.valleys],
         "free_period_s": _number(periods.peak_times_s[1] - periods.peak_times_s[0]) if len(periods.peaks) > 1 else None,
         "delta_u_over_u0": None,
     }
@@ -205,7 +206,7 @@ def summarise_truth(course: Course, side_times: Floats | None) -> dict[str, Any]
         truth["delta_u_over_u0"] = _number((u0 + v1) / u0)
     if cavity is not None and cavity.seal_type == "deep_seal" and periods.peaks:
         n = cavity.pinch_off_cavity
-        truth["stretch_peak_n"] = _number(periods.peaks[n - 1]) if n <= len(periods.peaks) else None
+        truth["stretch_peak_n"] = _number(widest * periods.peaks[n - 1]) if n <= len(periods.peaks) else None
     if scene.sphere.law is None and scene.kind == "water_entry":
         truth["pinch_off_cavity"] = None
     if scene.side is not None:
