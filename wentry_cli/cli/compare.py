@@ -18,7 +18,9 @@ def command(results: Path, truth: Path, only: tuple[str, ...], as_json: bool) ->
     """Errors of RESULTS against TRUTH: a rendered campaign, or a CSV with `frame` and hand-tracked columns.
 
     n: values measured of those that can be; pull: rms of the errors over the stated uncertainties, 1 where these are
-    honest; >3u: share of errors beyond three of them; – where no uncertainty is stated.
+    honest; >3u: share of errors beyond three of them; – where no uncertainty is stated. What errs by the
+    same in all frames (row of the surface, moment of impact, scale) is in the uncertainty of each row, so that the
+    pull of a single drop may lie far below 1: it is the campaign that tells.
     """
     from wentry_cli.cli.console import show_json
     from wentry_cli.comparison.campaign import compare
