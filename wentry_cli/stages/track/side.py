@@ -44,8 +44,8 @@ def measure_side(drop: Drop, clip: Clip, ground: Background, sampled: list[int])
     if seed is None:
         nothing = side_columns(clip.count, [])
         problem = (
-            "no sphere was found in any frame: check source, roi_px and polarity of views.side; a clip that starts "
-            "below the surface needs views.side.background"
+            "no sphere was found in any frame: check source, roi_px, rotate, flip and polarity of views.side; a clip "
+            "that starts below the surface needs views.side.background"
         )
         return SideResult(nothing, NO_SCALES, surface_row(drop, ground, None), NO_RADIUS, NO_IMPACT, problem)
     clip.release()
@@ -56,7 +56,10 @@ def measure_side(drop: Drop, clip: Clip, ground: Background, sampled: list[int])
         return measure_plate(drop, clip, ground, (seed, surface))
     if surface.status != "ok":
         nothing = side_columns(clip.count, [])
-        problem = "the free surface was not found: set views.side.surface_y_px to its row"
+        problem = (
+            "the free surface was not found: correct rotate, flip and polarity of views.side where the sphere does not "
+            "fall downwards, else set its surface_y_px to the row of the surface"
+        )
         return SideResult(nothing, NO_SCALES, surface, NO_RADIUS, NO_IMPACT, problem)
     return _measure_entry(drop, clip, ground, (seed, surface))
 
@@ -93,7 +96,7 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     if checked != axis:
         columns = in_metres(drop, clip, track.sightings, (scales, surface, checked), track.check)
     state_radius(columns, track.radius_air, track.radius_water)
-    problem = "" if impact.status == "ok" else why_no_impact(impact, "surface")
+    problem = "" if impact.status == "ok" else why_no_impact(impact, "surface", drop.view("side").frames)
     if track.deformed:
         problem = (
             f"sphere.material is rigid, but below the surface its stretch reaches {1.0 + track.deformed:.2f}: name its "

@@ -103,11 +103,12 @@ def in_metres(
     return columns
 
 
-def why_no_impact(impact: Impact, target: str) -> str:
-    """One sentence for a sphere that is not seen to reach its ``target``, surface or plate."""
+def why_no_impact(impact: Impact, target: str, frames: tuple[int, int] | None = None) -> str:
+    """One sentence for a sphere that is not seen to reach its ``target``, surface or plate; ``frames`` if limited."""
     if impact.status == "no_object":
+        longer = "take a longer clip" if frames is None else f"take more of the clip than views.side.frames {[*frames]}"
         return (
-            f"the sphere never reaches the {target}: check views.side.surface_y_px, take a longer clip, or say kind: "
+            f"the sphere never reaches the {target}: check views.side.surface_y_px, {longer}, or say kind: "
             "free_flight where there is none"
         )
     return "the moment of impact is not known: the clip shows too few frames before it"
