@@ -225,3 +225,31 @@ def test_a_second_run_decodes_no_frame(
     done = wentry("process", video, "-o", tmp_path / "r", "-v")
     assert done.code == 0, done.err
     assert done.err.count("fresh") == 4
+
+
+def test_a_source_that_is_not_there_is_told_with_its_key_and_what_lies_there(wentry: Command, video: Path) -> None:
+    (video / "overhead").mkdir()
+    for words in (("check", video), ("process", video, "-o", video.parent.parent / "results")):
+        done = wentry(*words, "--set", "views.side.source=sid2")
+        assert done.code == 4
+        assert f"{video / 'sid2'}: no such file or folder; did you mean 'side'? check views.side.source: in" in done.err
+        assert "lie experiment.yaml, overhead, side" in done.err
+
+
+def test_a_region_outside_of_the_picture_is_a_mistake_of_the_configuration(wentry: Command, video: Path) -> None:
+    done = wentry("check", video, "--set", "views.side.roi_px=[0, 0, 241, 400]")
+    assert done.code == 3
+    assert done.err.startswith("--set views.side.roi_px: error: views.side.roi_px: [0, 0, 241, 400] is not within")
+
+
+def test_a_picture_that_is_turned_is_asked_after(wentry: Command, video: Path, tmp_path: Path) -> None:
+    for number, (given, told) in enumerate(
+        {
+            "rotate=90": "rotate, flip",
+            "polarity=bright": "polarity",
+            "frames=[0, 13]": "views.side.frames [0, 13]",
+        }.items()
+    ):
+        done = wentry("process", video, "-o", tmp_path / str(number), "--set", f"views.side.{given}")
+        assert done.code == 5, (given, done.err)
+        assert told in done.err

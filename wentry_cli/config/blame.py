@@ -14,9 +14,11 @@ from wentry_cli.errors import ConfigurationError
 def wrong_key(drop: Drop, key: str, value: Any, message: str) -> ConfigurationError:
     """An error about ``key`` (dotted) of ``experiment.yaml`` or ``campaign.yaml``, whichever gave it ``value``.
 
-    A value from elsewhere (``--set``) has no place in a file; the drop is then named by its file alone.
+    A value from ``--set`` has no place in a file and is named as that, a default by the drop's file alone.
     """
     path: KeyPath = tuple(key.split("."))
+    if _is_set(drop.overrides, path):
+        return ConfigurationError(f"--set {key}: error: {key}: {message}")
     file = drop.folder / EXPERIMENT
     for candidate in (file, drop.shared.path):
         document = _read_again(candidate)
@@ -24,6 +26,14 @@ def wrong_key(drop: Drop, key: str, value: Any, message: str) -> ConfigurationEr
             place = document.places[path] if _value_at(document.data, path) == value else file
             return ConfigurationError(f"{place}: error: {key}: {message}")
     return ConfigurationError(f"{file}: error: {key}: {message}")
+
+
+def _is_set(data: Any, path: KeyPath) -> bool:
+    for part in path:
+        if not isinstance(data, dict) or part not in data:
+            return False
+        data = data[part]
+    return True
 
 
 def wrong_correction(drop: Drop, path: KeyPath, message: str) -> ConfigurationError:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import os
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -19,6 +20,7 @@ from wentry_cli.errors import ConfigurationError, Gathered, InputError, NoDropEr
 
 PARTS = ("sphere", "liquid", "drop", "views", "analysis")
 EXPERIMENT = "experiment.yaml"
+SHOWN = 12  # names of files that a message lists
 
 
 @dataclass(frozen=True)
@@ -49,6 +51,26 @@ class Drop:
     def source_path(self, view: str) -> Path:
         """Where the recording of ``view`` lies."""
         return self.folder / self.view(view).source
+
+    def existing_source(self, view: str) -> Path:
+        """Where the recording of ``view`` lies; raises ``InputError`` with what lies there where it does not."""
+        path = self.source_path(view)
+        try:
+            path.stat()
+        except (FileNotFoundError, NotADirectoryError):
+            if not set(path.name) & set("*?["):
+                raise InputError(self._not_there(view, path)) from None
+        except OSError:
+            pass  # it is opened, and then told
+        return path
+
+    def _not_there(self, view: str, path: Path) -> str:
+        there = path.parent if path.parent.is_dir() else self.folder
+        names = sorted(item.name for item in there.iterdir() if not item.name.startswith(".")) if there.is_dir() else []
+        near = difflib.get_close_matches(path.name, names, n=1, cutoff=0.6)
+        shown = ", ".join(names[:SHOWN]) + (" and others" if len(names) > SHOWN else "")
+        hint = f"did you mean '{near[0]}'? " if near else ""
+        return f"{path}: no such file or folder; {hint}check views.{view}.source: in {there} lie {shown or 'no files'}"
 
     def with_calibration(self, results: Path) -> Drop:
         """The same drop with the material that a calibration in ``results`` gave, where there is one."""

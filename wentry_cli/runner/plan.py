@@ -118,7 +118,7 @@ def fingerprint(
     if stage.frames:
         for view in drop.experiment.sides:
             mark = f"recording {view}"
-            marks[mark] = identity(drop.source_path(view), verify, str((before or {}).get(mark, "")))
+            marks[mark] = identity(drop.existing_source(view), verify, str((before or {}).get(mark, "")))
     return marks
 
 

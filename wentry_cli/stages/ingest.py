@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.config.blame import wrong_key
 from wentry_cli.config.values import FASTEST, SLOWEST
 from wentry_cli.errors import ConfigurationError, FrameUnreadableError, InputError
 from wentry_cli.frames.formats import open_recording
@@ -51,15 +52,19 @@ class OpenView:
 def open_view(drop: Drop, name: str) -> OpenView:
     """Open the recording of the view ``name`` of ``drop``, turned, mirrored and cropped as its configuration says.
 
-    Raises ``InputError`` where it is missing or unreadable.
+    Raises ``InputError`` where it is missing or unreadable, ``ConfigurationError`` where its region lies outside of it.
     """
     view = drop.view(name)
     fps = None if view.fps == "from_header" else float(view.fps)
-    raw = open_recording(drop.source_path(name), fps=fps, frames=view.frames)
-    recording = orient(raw, rotate=view.rotate, flip=view.flip, roi_px=view.roi_px, frames=view.frames)
+    raw = open_recording(drop.existing_source(name), fps=fps, frames=view.frames)
     width, height = raw.info.width, raw.info.height
     if view.rotate in (90, 270):
         width, height = height, width
+    if view.roi_px is not None and not (view.roi_px[2] <= width and view.roi_px[3] <= height):
+        raw.close()
+        told = f"{list(view.roi_px)} is not within the image of {width} x {height} pixels (turned by rotate)"
+        raise wrong_key(drop, f"views.{name}.roi_px", list(view.roi_px), told)
+    recording = orient(raw, rotate=view.rotate, flip=view.flip, roi_px=view.roi_px, frames=view.frames)
     left, top = recording.origin_px
     return OpenView(recording, ((width - 1) / 2 - left, (height - 1) / 2 - top))
 
