@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wentry_cli.imaging.free_surface import clear_of_band, find_free_surface, find_plate
+from wentry_cli.imaging.free_surface import clear_of_band, find_free_surface, find_plate, find_surfaces
 
 
 def scene(centre: float, thickness: float, depth: float, slope: float = 0.0, noise: float = 0.002) -> np.ndarray:
@@ -83,3 +83,26 @@ def test_a_band_that_blurs_into_something_else_reaches_no_further_than_it_can(th
     found = find_free_surface(level)
     level[100:180, 90:150] *= 0.2  # the remains of a cavity in the empty scene
     assert clear_of_band(level, found, (80.0, 160.0))[1] <= found.thickness_px + 6.0
+
+
+def test_several_lines_are_told_the_darkest_first_and_a_band_is_one() -> None:
+    level = scene(80.0, 2.0, 0.2)
+    level *= scene(180.0, 14.0, 0.7, noise=0.0) / scene(180.0, 14.0, 0.0, noise=0.0)
+    assert [row.y_px for row in find_surfaces(level)] == pytest.approx([180.0, 80.0], abs=0.3)
+    assert len(find_surfaces(scene(100.0, 24.0, 0.8))) == 1
+
+
+def test_a_dark_piece_of_a_row_is_no_second_line() -> None:
+    level = scene(100.0, 3.0, 0.5)
+    level[180:184, :170] *= 0.7
+    assert len(find_surfaces(level)) == 1
+
+
+@pytest.mark.parametrize(("border", "foot"), [(6, 6), (12, 12), (0, 8)])
+def test_a_black_border_is_no_surface_and_hides_none(border: int, foot: int) -> None:
+    level = scene(100.25, 3.0, 0.5)
+    level[300 - foot :] = 0.4
+    if border:
+        level[:border], level[:, :border], level[:, -border:] = 0.4, 0.4, 0.4
+    (found,) = find_surfaces(level, x_px=120.0)
+    assert found.y_px == pytest.approx(100.25, abs=0.05)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+
+from wentry_cli.imaging.lit_part import lit_part, within_blur
 
 BLOCKS = 24
 WIDEST_BAND, SMOOTHED_PX = 61, 9
@@ -16,6 +18,9 @@ FAINTEST_DIP = 0.012
 # A ground that is a tenth darker moves the edge by a quarter of a pixel: no more than a trace of the band is wanted.
 CLEAR = 0.03
 NEARLY_ALL, BLUR_PX, LEAST_COLUMNS = 0.98, 6.0, 8
+# Of several rows: how many are told, how far apart, how deep against the first, in how many of the strips.
+MOST_SURFACES, APART_ROWS, FAINTEST_SECOND, LEAST_ACROSS = 4, 6, 0.04, 0.8
+RISEN = 2.0  # times the lowest level between two dips: they are two
 
 
 @dataclass(frozen=True)
@@ -32,40 +37,91 @@ class SurfaceRow:
     status: str
 
 
-LEAST_ROWS = 12
+LEAST_ROWS, EDGE_ROWS = 12, 4
 NO_SURFACE = SurfaceRow(math.nan, math.nan, math.nan, math.nan, "no_edge")
 
 
 def find_free_surface(
     level: NDArray[np.float32], *, x_px: float | None = None, rows: tuple[float, float] | None = None
 ) -> SurfaceRow:
-    """Find the free surface in the empty scene: a dark line or band across the whole picture.
+    """Find the free surface in the empty scene: the darkest line or band across the whole picture.
+
+    The first of ``find_surfaces``; status ``no_edge`` where there is none.
+    """
+    return next(iter(find_surfaces(level, x_px=x_px, rows=rows)), NO_SURFACE)
+
+
+def find_surfaces(
+    level: NDArray[np.float32], *, x_px: float | None = None, rows: tuple[float, float] | None = None
+) -> list[SurfaceRow]:
+    """Find what may be the free surface in the empty scene, the darkest first: lines or bands across the picture.
 
     ``level`` is (rows, columns) of grey levels without the sphere, ``x_px`` the column at which the row is wanted
     (default: the middle), ``rows`` the range in which to look. The zero of height is the centre of the band: the
     front and the back meniscus both look dark, the flat surface lies between them. Each of 24 strips gives a centre of
     gravity of its dip; a line through them without outliers gives the row, their scatter the uncertainty, and never
-    less than a twelfth of the thickness, since the band of a real surface is uneven.
+    less than a twelfth of the thickness, since the band of a real surface is uneven. A seam or the rim of a tank looks
+    the same: which of the rows is the surface, only the sphere can tell. Black rows and columns at the edge of the
+    picture are not looked at.
     """
-    top, bottom = _limits(rows, level.shape[0])
+    lit, across = (within_blur(part, size) for part, size in zip(lit_part(level), level.shape, strict=True))
+    x_px = (x_px if x_px is not None else level.shape[1] / 2) - across.start
+    top, bottom = (value - lit.start for value in _limits(rows, level.shape[0]))
+    level = level[lit, across]
+    top, bottom = max(top, EDGE_ROWS), min(bottom, level.shape[0] - EDGE_ROWS)
     if bottom - top < LEAST_ROWS or level.shape[1] < BLOCKS:
-        return NO_SURFACE
-    dip = _dip(level)
-    strips = np.array_split(np.arange(level.shape[1]), BLOCKS)
+        return []
+    found = _deepest_first(_dip(level), (top, bottom), x_px)
+    return [replace(row, y_px=row.y_px + lit.start) for row in found if row.status == "ok"]
+
+
+def _deepest_first(dip: NDArray[np.float32], limits: tuple[int, int], x_px: float) -> list[SurfaceRow]:
+    """The dips between two rows, one after the other; what is no line across the picture has no edge."""
+    top, bottom = limits
+    strips = np.array_split(np.arange(dip.shape[1]), BLOCKS)
     profiles = np.array([np.mean(dip[:, strip], axis=1) for strip in strips])
+    middle = np.array([float(strip.mean()) for strip in strips])
     common = np.median(profiles, axis=0)
     common[:top] = 0.0
     common[bottom:] = 0.0
-    peak = int(np.argmax(cv2.blur(common[:, None], (1, 3))[:, 0]))
-    contrast = float(common[peak])
     noise = 1.4826 * float(np.median(np.abs(common[top:bottom] - np.median(common[top:bottom]))))
-    if contrast < max(FAINTEST_DIP, 6.0 * noise):
-        return NO_SURFACE
-    first, last = _extent(common, peak, 0.3 * contrast)
-    middle = np.array([float(strip.mean()) for strip in strips])
-    centres = np.array([_centre(profile, first, last) for profile in profiles])
-    thickness = float(np.sum(common[first : last + 1]) / contrast)
-    return _line(middle, centres, x_px if x_px is not None else level.shape[1] / 2, thickness, contrast)
+    least = max(FAINTEST_DIP, 6.0 * noise)
+    found: list[SurfaceRow] = []
+    left = common.copy()
+    while len(found) < MOST_SURFACES:
+        peak = int(np.argmax(cv2.blur(left[:, None], (1, 3))[:, 0]))
+        contrast = float(left[peak])
+        if contrast < max(least, FAINTEST_SECOND * found[0].contrast if found else 0.0):
+            break
+        first, last = _extent(common, peak, 0.3 * contrast)
+        thickness = float(np.sum(common[first : last + 1]) / contrast)
+        centres = np.array([_centre(profile, first, last) for profile in profiles])
+        row = _line(middle, centres, x_px, thickness, contrast)
+        if found and not _across(profiles[:, peak], contrast):
+            row = replace(row, status="no_edge")
+        found.append(replace(row, contrast=contrast))
+        first, last = _foot(common, peak, 0.5 * least)
+        left[max(0, first - APART_ROWS) : last + APART_ROWS + 1] = 0.0
+    return found
+
+
+def _across(depths: NDArray[np.float32], contrast: float) -> bool:
+    """Whether a dip is seen in nearly all strips, and not only in those that a cavity or a ruler darkens."""
+    return bool(np.mean(depths > 0.3 * contrast) > LEAST_ACROSS)
+
+
+def _foot(profile: NDArray[np.float32], peak: int, bound: float) -> tuple[int, int]:
+    """First and last row of all that belongs to a dip: down its flanks to where it ends or rises to another one."""
+    ends = []
+    for step in (-1, 1):
+        at = lowest = peak
+        while 0 < at < profile.size - 1 and profile[at] > bound:
+            at += step
+            lowest = at if profile[at] < profile[lowest] else lowest
+            if profile[at] > RISEN * profile[lowest] + bound:
+                break
+        ends.append(lowest)
+    return ends[0], ends[1]
 
 
 def clear_of_band(level: NDArray[np.float32], row: SurfaceRow, columns: tuple[float, float]) -> tuple[float, float]:
@@ -92,10 +148,9 @@ def clear_of_band(level: NDArray[np.float32], row: SurfaceRow, columns: tuple[fl
 
 
 def _limits(rows: tuple[float, float] | None, height: int) -> tuple[int, int]:
-    edge = 4
     if rows is None:
-        return edge, height - edge
-    return max(edge, int(rows[0])), max(min(height - edge, int(rows[1]) + 1), edge + 1)
+        return EDGE_ROWS, height - EDGE_ROWS
+    return max(EDGE_ROWS, int(rows[0])), max(min(height - EDGE_ROWS, int(rows[1]) + 1), EDGE_ROWS + 1)
 
 
 def _dip(level: NDArray[np.float32]) -> NDArray[np.float32]:

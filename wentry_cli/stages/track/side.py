@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.imaging.background import Background
-from wentry_cli.imaging.free_surface import SurfaceRow
+from wentry_cli.imaging.free_surface import NO_SURFACE, SurfaceRow
 from wentry_cli.kinematics.centre import below_ellipsoid, centre_height
 from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.stages.track.axis import NO_AXIS, assumed_axis, checked_axis
@@ -26,6 +26,7 @@ from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.scale import NO_RADIUS
 from wentry_cli.tracking.seed import find_seed
 from wentry_cli.tracking.side import track_side
+from wentry_cli.tracking.waterline import changes_far_above
 from wentry_cli.tracking.wet_plan import SideScene
 from wentry_cli.tracking.wet_radius import pool_sightings
 
@@ -47,21 +48,25 @@ def measure_side(drop: Drop, clip: Clip, ground: Background, sampled: list[int])
             "no sphere was found in any frame: check source, roi_px, rotate, flip and polarity of views.side; a clip "
             "that starts below the surface needs views.side.background"
         )
-        return SideResult(nothing, NO_SCALES, surface_row(drop, ground, None), NO_RADIUS, NO_IMPACT, problem)
+        return SideResult(nothing, NO_SCALES, surface_row(drop, clip, ground, None), NO_RADIUS, NO_IMPACT, problem)
     clip.release()
     if drop.experiment.kind == "free_flight":
         return _measure_flight(drop, clip, ground, seed)
-    surface = surface_row(drop, ground, seed)
+    surface = surface_row(drop, clip, ground, seed)
     if drop.experiment.kind == "surface_impact":
         return measure_plate(drop, clip, ground, (seed, surface))
     if surface.status != "ok":
-        nothing = side_columns(clip.count, [])
-        problem = (
-            "the free surface was not found: correct rotate, flip and polarity of views.side where the sphere does not "
-            "fall downwards, else set its surface_y_px to the row of the surface"
-        )
-        return SideResult(nothing, NO_SCALES, surface, NO_RADIUS, NO_IMPACT, problem)
+        return _without_surface(clip)
     return _measure_entry(drop, clip, ground, (seed, surface))
+
+
+def _without_surface(clip: Clip) -> SideResult:
+    nothing = side_columns(clip.count, [])
+    problem = (
+        "the free surface was not found: correct rotate, flip and polarity of views.side where the sphere does not "
+        "fall downwards, else set its surface_y_px to the row of the surface"
+    )
+    return SideResult(nothing, NO_SCALES, NO_SURFACE, NO_RADIUS, NO_IMPACT, problem)
 
 
 def _radius_range(drop: Drop) -> tuple[float, float]:
@@ -85,7 +90,10 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
         water,
     )
     track = track_side(clip, ground, seed, scene)
-    if track.mirror.is_surface and drop.view("side").surface_y_px == "auto":
+    found = drop.view("side").surface_y_px == "auto"
+    if found and changes_far_above(surface, [item for item in track.sightings if not item.wet], seed.radius):
+        return _without_surface(clip)
+    if track.mirror.is_surface and found:
         surface = replace(surface, y_px=track.mirror.y_px, unc_px=track.mirror.unc_px)
     scales = find_scales(drop, track.radius_air, track.radius_water, ground)
     impact = entry_impact(drop, clip, track.sightings, (surface, scales.air))
