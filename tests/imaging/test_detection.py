@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from wentry_cli.imaging.detection import find_bottom, find_lowest_cap, find_spheres, shrink
+from wentry_cli.imaging.detection import faint_levels, find_bottom, find_lowest_cap, find_spheres, shrink
 
 
 def picture(x: float, y: float, radius: float, shape: tuple[int, int] = (200, 240)) -> np.ndarray:
@@ -64,3 +64,15 @@ def test_the_lowest_cap_below_a_cavity() -> None:
     assert cap is not None
     assert (cap.x, cap.y) == pytest.approx((100, 140), abs=2.0)
     assert find_lowest_cap(np.ones((60, 60), np.float32), 10.0) is None
+
+
+@pytest.mark.parametrize("contrast", [0.38, 0.25, 0.18])
+def test_a_faint_sphere_is_found_at_a_level_that_the_noise_allows(contrast: float) -> None:
+    image = 1.0 - contrast / 0.9 * (1.0 - picture(100, 90, 30))
+    image += 0.012 * np.random.default_rng(3).normal(size=image.shape)
+    assert find_spheres(image) == []
+    found = [item for level in faint_levels(0.012, 1.0) for item in find_spheres(image, level=level)]
+    assert (found[0].x, found[0].y, found[0].radius) == pytest.approx((100, 90, 30), abs=1.5)
+    assert find_bottom(image, 0, 0, 100.0, 8.0, level=0.9) == pytest.approx(120.0, abs=1.5)
+    assert faint_levels(0.03, 1.0) == [0.8]
+    assert faint_levels(0.05, 1.0) == []

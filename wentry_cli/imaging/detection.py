@@ -14,6 +14,8 @@ from wentry_cli.compiled import compiled
 
 COARSE_SIZE = 360
 HALF_LEVEL = 0.6
+FAINT_LEVELS = (0.8, 0.9)  # for spheres of less contrast, where nothing is darker
+ABOVE_NOISE = 5.0  # standard deviations of the noise of the coarse image
 SMALLEST_SPAN = 140.0
 WHOLE_SPAN = 330.0
 
@@ -33,9 +35,14 @@ class Candidate:
     departure: float
 
 
+def shrink_factor(shape: tuple[int, int]) -> int:
+    """By how much ``shrink`` makes an image of so many rows and columns smaller."""
+    return -(-max(shape) // COARSE_SIZE)
+
+
 def shrink(image: NDArray[Any]) -> tuple[NDArray[np.float32], float]:
     """A coarse copy of an image, area averages, and the factor by which it is smaller."""
-    factor = -(-max(image.shape) // COARSE_SIZE)
+    factor = shrink_factor((image.shape[0], image.shape[1]))
     rows, columns = image.shape[0] // factor, image.shape[1] // factor
     if factor == 1 or min(rows, columns) < 1:
         return image.astype(np.float32), 1.0
@@ -69,14 +76,16 @@ def find_spheres(
     *,
     radius_range: tuple[float, float] = (7.0, math.inf),
     departure: float = 0.035,
+    level: float = HALF_LEVEL,
 ) -> list[Candidate]:
     """Find round dark objects in a transmission image (dark on 1.0), whole ones first, then the roundest.
 
     ``coarse`` and ``factor`` are those of ``shrink``, the results in pixels of the full image. Outer outlines only, so
     a bright spot inside does not matter. A sphere that the edge of the image cuts is found where 140° of its outline
-    are seen; a bar, a band or a shadow at the edge is not round. Accuracy is a pixel or two of the coarse image.
+    are seen; a bar, a band or a shadow at the edge is not round. Darker than
+    ``level`` is dark. Accuracy is a pixel or two of the coarse image.
     """
-    dark = (~(coarse >= HALF_LEVEL)).astype(np.uint8)
+    dark = (~(coarse >= level)).astype(np.uint8)
     contours, _ = cv2.findContours(dark, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     largest = min(radius_range[1], 0.6 * factor * max(coarse.shape))
     found = (_candidate(np.asarray(contour), coarse.shape, factor) for contour in contours)
@@ -117,7 +126,23 @@ def _circle_through(points: NDArray[np.float64]) -> tuple[float, float, float]:
     return float(middle[0] + a / 2), float(middle[1] + b / 2), math.sqrt(max(c + (a * a + b * b) / 4, 0.0))
 
 
-def find_bottom(transmission: NDArray[np.float32], x0: int, y0: int, x_px: float, half_width: float) -> float:
+def faint_levels(noise: float, factor: float) -> list[float]:
+    """The levels below ``HALF_LEVEL``'s contrast at which to look for a faint sphere, as far as the noise allows.
+
+    ``noise`` is that of the transmission of plain ground, ``factor`` the one of ``shrink``.
+    """
+    return [level for level in FAINT_LEVELS if 1.0 - level > ABOVE_NOISE * noise / factor]
+
+
+def find_bottom(
+    transmission: NDArray[np.float32],
+    x0: int,
+    y0: int,
+    x_px: float,
+    half_width: float,
+    *,
+    level: float = HALF_LEVEL,
+) -> float:
     """Row of the lowest dark-to-ground step near column ``x_px`` in a region that starts at ``x0``, ``y0``.
 
     The median over the columns within ``half_width``, where three rows of ground follow below; NaN where there is none.
@@ -126,7 +151,7 @@ def find_bottom(transmission: NDArray[np.float32], x0: int, y0: int, x_px: float
     last = min(transmission.shape[1], round(x_px + half_width) - x0 + 1)
     if last - first < 1:
         return math.nan
-    dark = transmission[:, first : last : max(1, (last - first) // 9)] < HALF_LEVEL
+    dark = transmission[:, first : last : max(1, (last - first) // 9)] < level
     lowest = dark.shape[0] - 1 - np.argmax(dark[::-1], axis=0)
     good = dark.any(axis=0) & (lowest < dark.shape[0] - 3)
     if np.count_nonzero(good) < max(1, dark.shape[1] // 3):
@@ -134,12 +159,14 @@ def find_bottom(transmission: NDArray[np.float32], x0: int, y0: int, x_px: float
     return float(np.median(lowest[good])) + 0.5 + y0
 
 
-def find_lowest_cap(transmission: NDArray[np.float32], radius: float, *, top_y: float = 0.0) -> Candidate | None:
+def find_lowest_cap(
+    transmission: NDArray[np.float32], radius: float, *, top_y: float = 0.0, level: float = HALF_LEVEL
+) -> Candidate | None:
     """Find a sphere that hangs below something dark (a cavity) by its lowest cap; ``None`` where nothing is dark.
 
     ``transmission`` is a whole frame; rows above ``top_y`` are not looked at. The radius is taken as given.
     """
-    dark = transmission < HALF_LEVEL
+    dark = transmission < level
     dark[: max(0, round(top_y))] = False
     dark[-2:] = False
     opened = cv2.morphologyEx(dark.astype(np.uint8), cv2.MORPH_OPEN, np.ones((5, 5), np.uint8))

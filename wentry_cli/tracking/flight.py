@@ -80,7 +80,7 @@ def both_ways(frames: Frames, ground: Background, path: Path, plan: Plan, last: 
     good = [item for item in seen if item.ok and item.fit is not None][:3]
     backward = path.turned()
     if len(good) >= 2:
-        backward = Path(path.radius, stiff=path.stiff)
+        backward = Path(path.radius, stiff=path.stiff, level=path.level)
         for item in reversed(good):
             if item.fit is not None:
                 backward.add(item.frame, item.fit.shape)

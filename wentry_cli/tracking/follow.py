@@ -129,7 +129,7 @@ def _step(
     first = sight(frames, index, ground, guess, look)
     if first.ok or first.status in UNREADABLE or look.outline == "circle":
         return first
-    moved = _at_visible_bottom(frames, ground, index, guess, look)
+    moved = _at_visible_bottom(frames, ground, index, guess, look, path.level)
     if moved is None:
         return first
     factors = STRETCHES if thorough and not path.stiff else (1.0,)
@@ -158,12 +158,12 @@ def _squeezed(shape: EllipseShape, factor: float) -> EllipseShape:
 
 
 def _at_visible_bottom(
-    frames: Frames, ground: Background, index: int, guess: EllipseShape, look: Look
+    frames: Frames, ground: Background, index: int, guess: EllipseShape, look: Look, level: float
 ) -> EllipseShape | None:
     patch = read_patch(frames, index, ground, look.box)
     if isinstance(patch, str):
         return None
-    bottom = find_bottom(patch.values, patch.x0, patch.y0, guess.x, 0.25 * guess.radius)
+    bottom = find_bottom(patch.values, patch.x0, patch.y0, guess.x, 0.25 * guess.radius, level=level)
     shift = bottom - guess.bottom_y
     if not math.isfinite(shift) or abs(shift) < 1.0:
         return None
@@ -176,7 +176,7 @@ def _search(frames: Frames, ground: Background, path: Path, index: int, plan: Pl
     except FrameUnreadableError:
         return None
     expected, last = path.predict(index), path.shapes[-1]
-    cap = find_lowest_cap(whole.values, path.radius, top_y=from_px)
+    cap = find_lowest_cap(whole.values, path.radius, top_y=from_px, level=path.level)
     # a path that went astray before it was lost leads anywhere: what was seen last counts as much
     if cap is None or abs(_beyond(cap.y, expected.y, last.y)) >= 3.0 * path.radius:
         return None

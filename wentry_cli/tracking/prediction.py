@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.contours.ellipse import EllipseShape, SilhouetteFit
+from wentry_cli.imaging.detection import HALF_LEVEL
 
 LONGEST_CURVED_STEP = 3
 STRETCH_LIMITS = (0.62, 2.6)
@@ -26,13 +27,14 @@ def plausible(stretch: NDArray[np.float64]) -> NDArray[np.float64]:
 class Path:
     """The last measured shapes and the radius to predict with; frames may run forwards or backwards in time.
 
-    A ``stiff`` sphere is predicted with a stretch of 1.
+    A ``stiff`` sphere is predicted with a stretch of 1. What is darker than ``level`` may be the sphere.
     """
 
     radius: float
     frames: list[int] = field(default_factory=list)
     shapes: list[EllipseShape] = field(default_factory=list)
     stiff: bool = False
+    level: float = HALF_LEVEL
 
     def add(self, frame: int, shape: EllipseShape) -> None:
         """Remember the shape of one frame, the newest three are kept."""
@@ -43,7 +45,7 @@ class Path:
 
     def turned(self) -> Path:
         """The same path, to be followed in the other direction."""
-        return Path(self.radius, self.frames[::-1], self.shapes[::-1], self.stiff)
+        return Path(self.radius, self.frames[::-1], self.shapes[::-1], self.stiff, self.level)
 
     def velocity(self) -> tuple[float, float]:
         """Velocity of the centre in px per frame, from the last two shapes; zero where there are fewer."""

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.errors import FrameUnreadableError
 from wentry_cli.imaging.background import Background, coarse_transmission
-from wentry_cli.imaging.detection import Candidate, find_spheres
+from wentry_cli.imaging.detection import HALF_LEVEL, Candidate, find_spheres
 from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.source import Frames
 
@@ -24,13 +24,15 @@ Range = tuple[float, float]
 Sights = list[tuple[int, Candidate]]
 
 
-def detect(frames: Frames, index: int, ground: Background, radius_range: Range) -> list[Candidate]:
-    """Spheres in one frame, the roundest first; none where the frame cannot be read."""
+def detect(
+    frames: Frames, index: int, ground: Background, radius_range: Range, level: float = HALF_LEVEL
+) -> list[Candidate]:
+    """Spheres in one frame that are darker than ``level``, the roundest first; none where it cannot be read."""
     try:
         raw = frames.read(index)
     except FrameUnreadableError:
         return []
-    return find_spheres(*coarse_transmission(raw, ground), radius_range=radius_range)
+    return find_spheres(*coarse_transmission(raw, ground), radius_range=radius_range, level=level)
 
 
 def find_seed(
@@ -41,6 +43,7 @@ def find_seed(
     radius_range: Range = (7.0, math.inf),
     falling: bool = False,
     fits: Callable[[Path], bool] | None = None,
+    level: float = HALF_LEVEL,
 ) -> Path | None:
     """Find a frame to start from and return a path through it and a neighbour; None where no sphere is seen.
 
@@ -48,28 +51,30 @@ def find_seed(
     or more with the same radius is the sphere; where it is ``falling``, what rises is none: its mirror image in the
     surface comes up to meet it. The path starts where most of the outline is seen, so that a sphere cut by the rim of
     the frame is followed from later, and where it ``fits``, if it does anywhere: a sphere and its image look like one
-    round thing as they meet.
+    round thing as they meet. What is darker than ``level`` may be a sphere.
     """
-    sights = _look_through(frames, ground, indices, radius_range)
+    sights = _look_through(frames, ground, indices, radius_range, level)
     agreeing = _agreeing(sights)
     able = [item for item in agreeing if not falling or _falls(item, agreeing)]
     if not able or len({index for index, _ in agreeing}) < FEWEST_AGREEING or _dwarfed(agreeing, sights):
         every_second = range(0, min(frames.count, 2 * LONGEST_SCAN), 2)
-        agreeing = _agreeing(_look_through(frames, ground, every_second, radius_range))
+        agreeing = _agreeing(_look_through(frames, ground, every_second, radius_range, level))
         able = [item for item in agreeing if not falling or _falls(item, agreeing)]
     agreeing = able or agreeing
     first: Path | None = None
     for index, seen in sorted(agreeing, key=lambda item: -min(item[1].span_deg, WHOLE_DEG)):
         for neighbour in (index + 1, index - 1):
-            path = _pair(frames, ground, (index, seen), neighbour)
+            path = _pair(frames, ground, (index, seen), neighbour, level)
             if path is not None and (fits is None or fits(path)):
                 return path
             first = first or path
     return first
 
 
-def _look_through(frames: Frames, ground: Background, indices: Iterable[int], radius_range: Range) -> Sights:
-    return [(index, item) for index in indices for item in detect(frames, index, ground, radius_range)]
+def _look_through(
+    frames: Frames, ground: Background, indices: Iterable[int], radius_range: Range, level: float
+) -> Sights:
+    return [(index, item) for index in indices for item in detect(frames, index, ground, radius_range, level)]
 
 
 def _agreeing(seen: Sights) -> Sights:
@@ -121,14 +126,14 @@ def _falls(sight: tuple[int, Candidate], group: Sights) -> bool:
     return earlier is None or min(y for at, y in aligned if at == earlier) < seen.y + STILL_PX
 
 
-def _pair(frames: Frames, ground: Background, seed: tuple[int, Candidate], neighbour: int) -> Path | None:
+def _pair(frames: Frames, ground: Background, seed: tuple[int, Candidate], neighbour: int, level: float) -> Path | None:
     if not 0 <= neighbour < frames.count:
         return None
     index, seen = seed
     allowed = (seen.radius * (1 - LIKE_RADIUS), seen.radius * (1 + LIKE_RADIUS))
-    for other in detect(frames, neighbour, ground, allowed):
+    for other in detect(frames, neighbour, ground, allowed, level):
         if math.hypot(other.x - seen.x, other.y - seen.y) < 1.5 * seen.radius:
-            path = Path(radius=0.5 * (seen.radius + other.radius))
+            path = Path(radius=0.5 * (seen.radius + other.radius), level=level)
             for frame, item in sorted([(index, seen), (neighbour, other)]):
                 path.add(frame, EllipseShape(item.x, item.y, path.radius))
             return path

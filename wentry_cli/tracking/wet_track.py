@@ -24,6 +24,7 @@ PILOT_FRAMES = 24
 HIDDEN_RADII = 12.0
 DEFORMED, LEAST_DEFORMED = 0.03, 3
 BRIGHTER = 0.15  # of the ground: more is not the sphere that fell
+BRIGHTER_FAINT = 0.5  # of its contrast, where that is little
 
 
 class WetTracker:
@@ -100,7 +101,9 @@ class WetTracker:
         """
         if len(self.good) < 2 or sighting.fit is None:
             return True
-        if sighting.inside > self.darkness + BRIGHTER or stands_out(sighting, self.mirror):
+        if sighting.inside > self.darkness + min(BRIGHTER, BRIGHTER_FAINT * (1.0 - self.darkness)) or stands_out(
+            sighting, self.mirror
+        ):
             return False
         frame, last = self.good[-1]
         falls = self.speed * (sighting.frame - frame)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.imaging.background import Background
+from wentry_cli.imaging.detection import faint_levels, shrink_factor
 from wentry_cli.imaging.free_surface import NO_SURFACE, SurfaceRow
 from wentry_cli.kinematics.centre import below_ellipsoid, centre_height
 from wentry_cli.stages.inputs.clip import Clip
@@ -33,21 +35,32 @@ from wentry_cli.tracking.wet_radius import pool_sightings
 if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
 
+NO_SPHERE = (
+    "no sphere was found in any frame: check source, roi_px, rotate, flip and polarity of views.side; a clip that "
+    "starts below the surface needs views.side.background"
+)
+TOO_FAINT = (
+    "something round is seen, but with too little contrast against the light to be measured: film with more contrast, "
+    "and check source, roi_px and polarity of views.side"
+)
+
 
 def measure_side(drop: Drop, clip: Clip, ground: Background, sampled: list[int]) -> SideResult:
     """Track the side view and turn what was seen into metres and seconds."""
     falling = drop.experiment.kind != "free_flight"
     level, exposure = fitting_level(drop, ground), exposure_frames(drop, "side", clip)
-    seed = find_seed(
-        clip, ground, sampled, radius_range=_radius_range(drop), falling=falling,
-        fits=lambda path: fits_in_air(clip, ground, path, level, exposure),
-    )  # fmt: skip
+
+    def fits(path: Path) -> bool:
+        return fits_in_air(clip, ground, path, level, exposure)
+
+    seed = find_seed(clip, ground, sampled, radius_range=_radius_range(drop), falling=falling, fits=fits)
+    problem = NO_SPHERE
+    if seed is None:
+        seed = _faint_seed(drop, clip, ground, sampled, fits)
+        if seed is not None and not fits(seed):
+            seed, problem = None, TOO_FAINT
     if seed is None:
         nothing = side_columns(clip.count, [])
-        problem = (
-            "no sphere was found in any frame: check source, roi_px, rotate, flip and polarity of views.side; a clip "
-            "that starts below the surface needs views.side.background"
-        )
         return SideResult(nothing, NO_SCALES, surface_row(drop, clip, ground, None), NO_RADIUS, NO_IMPACT, problem)
     clip.release()
     if drop.experiment.kind == "free_flight":
@@ -58,6 +71,21 @@ def measure_side(drop: Drop, clip: Clip, ground: Background, sampled: list[int])
     if surface.status != "ok":
         return _without_surface(clip)
     return _measure_entry(drop, clip, ground, (seed, surface))
+
+
+def _faint_seed(
+    drop: Drop, clip: Clip, ground: Background, sampled: list[int], fits: Callable[[Path], bool]
+) -> Path | None:
+    """A path from a sphere of little contrast, the darkest there is; it may be too faint to fit."""
+    falling, first = drop.experiment.kind != "free_flight", None
+    for level in faint_levels(ground.noise, shrink_factor(clip.shape)):
+        seed = find_seed(
+            clip, ground, sampled, radius_range=_radius_range(drop), falling=falling, fits=fits, level=level
+        )  # fmt: skip
+        if seed is not None and fits(seed):
+            return seed
+        first = first or seed
+    return first
 
 
 def _without_surface(clip: Clip) -> SideResult:
