@@ -25,6 +25,7 @@ FEWEST_WHOLE, FEWEST_CHANGED = 3, 3
 ROUND, HELD_BACK = 0.025, 0.06  # departure of the stretch from 1, of the bottom from a free fall over the radius
 ANY_PACE = 0.1  # of the way since the last whole frame: gravity, frames that were dropped
 HIDDEN = 0.15  # share of the outline that is not the sphere's
+LINE_HIDES = 0.5  # radii over which the outline crosses a dark line at a grazing angle
 # A whole sphere may be as far below the surface (radii) before it changes: soon by its shape, later by its cavity.
 SOON, LATE = 0.35, 1.6
 
@@ -54,6 +55,7 @@ def first_change(sightings: Sequence[Sighting]) -> FirstChange:
     """
     whole: list[Sighting] = []
     changed: list[bool] = []
+    settled = False
     for item in sightings:
         word = _change(item, whole)
         if word == "":
@@ -61,15 +63,26 @@ def first_change(sightings: Sequence[Sighting]) -> FirstChange:
             changed = []
         elif len(whole) >= FEWEST_WHOLE:
             changed.append(word == "shape")
-            if len(changed) >= FEWEST_CHANGED and (all(changed[-FEWEST_CHANGED:]) or not any(changed)):
+            settled = _settled(changed, item, whole)
+            if settled:
                 break
     if len(whole) < FEWEST_WHOLE:
         return NO_CHANGE
     last = whole[-1]
     assert last.fit is not None
-    return FirstChange(
-        last.fit.bottom_y_px, _fall(whole), sum(changed) >= FEWEST_CHANGED, len(changed) >= FEWEST_CHANGED
-    )
+    by_shape = sum(changed) >= FEWEST_CHANGED
+    return FirstChange(last.fit.bottom_y_px, _fall(whole), by_shape, settled)
+
+
+def _settled(changed: Sequence[bool], item: Sighting, whole: Sequence[Sighting]) -> bool:
+    """Whether a change lasts: by shape in a few frames in a row, or at all for longer than a line hides an outline."""
+    if len(changed) < FEWEST_CHANGED:
+        return False
+    last = whole[-1]
+    assert last.fit is not None
+    fallen = abs(_fall(whole) * (item.frame - last.frame))
+    undecided = any(changed) and len(changed) < 2 * FEWEST_CHANGED
+    return all(changed[-FEWEST_CHANGED:]) or (fallen > LINE_HIDES * last.fit.radius_px and not undecided)
 
 
 def _change(item: Sighting, whole: Sequence[Sighting]) -> str:
