@@ -14,6 +14,7 @@ from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.stages.track.axis import NO_AXIS
 from wentry_cli.stages.track.exposure import exposure_frames, fitting_level
 from wentry_cli.stages.track.impact import best_bottom, entry_impact
+from wentry_cli.stages.track.lost_frames import without_lost_time
 from wentry_cli.stages.track.scales import find_scales, given_radii
 from wentry_cli.stages.track.side_result import SideResult, dated, in_metres, state_radius, why_no_impact
 from wentry_cli.tracking.plate import PlateScene, track_plate
@@ -44,8 +45,11 @@ def measure_plate(drop: Drop, clip: Clip, ground: Background, start: tuple[Path,
     scales = find_scales(drop, track.radius, NO_RADIUS, ground)
     flying = [item for item in track.sightings if item.free_fit is not None or best_bottom(item)[2] > 0]
     before = [item for item in flying if item.frame < _first_contact(track.sightings, plate.y_px)]
-    impact = entry_impact(drop, clip, before, (plate, scales.air))
-    columns = in_metres(drop, clip, track.sightings, (scales, plate, NO_AXIS))
+    timed = without_lost_time(drop, clip, before, scales.air)
+    impact = entry_impact(drop, clip, timed, (plate, scales.air))
+    by_frame = {item.frame: item for item in timed}
+    sightings = [by_frame.get(item.frame, item) for item in track.sightings]
+    columns = in_metres(drop, clip, sightings, (scales, plate, NO_AXIS))
     state_radius(columns, track.radius, NO_RADIUS)
     columns = dated(columns, clip.time_s - impact.time_s)
     problem = problem or ("" if impact.status == "ok" else why_no_impact(impact, "plate", drop.view("side").frames))

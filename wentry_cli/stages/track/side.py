@@ -18,9 +18,10 @@ from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.stages.track.axis import NO_AXIS, assumed_axis, checked_axis
 from wentry_cli.stages.track.exposure import exposure_frames, fitting_level
 from wentry_cli.stages.track.impact import NO_IMPACT, entry_impact
+from wentry_cli.stages.track.lost_frames import without_lost_time
 from wentry_cli.stages.track.plate import measure_plate
 from wentry_cli.stages.track.rows import side_columns
-from wentry_cli.stages.track.scales import NO_SCALES, find_scales, given_radii
+from wentry_cli.stages.track.scales import NO_SCALES, find_scales, given_radii, warn_of_wrong_scale
 from wentry_cli.stages.track.side_result import SideResult, dated, in_metres, state_radius, why_no_impact
 from wentry_cli.stages.track.surface import band_reach, surface_row
 from wentry_cli.tracking.flight import air_plan, both_ways, fits_in_air
@@ -123,14 +124,16 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
         return _without_surface(clip)
     if track.mirror.is_surface and found:
         surface = replace(surface, y_px=track.mirror.y_px, unc_px=track.mirror.unc_px)
+    warn_of_wrong_scale(drop, pool_sightings(track.sightings, wet=False))
     scales = find_scales(drop, track.radius_air, track.radius_water, ground)
-    impact = entry_impact(drop, clip, track.sightings, (surface, scales.air))
+    sightings = without_lost_time(drop, clip, track.sightings, scales.air)
+    impact = entry_impact(drop, clip, sightings, (surface, scales.air))
     axis = assumed_axis(drop, clip.opened.middle_px)
-    columns = in_metres(drop, clip, track.sightings, (scales, surface, axis), track.check)
+    columns = in_metres(drop, clip, sightings, (scales, surface, axis), track.check)
     t_s = clip.time_s - impact.time_s
     checked = checked_axis(drop, axis, scales, t_s, _centre_m(columns, drop))
     if checked != axis:
-        columns = in_metres(drop, clip, track.sightings, (scales, surface, checked), track.check)
+        columns = in_metres(drop, clip, sightings, (scales, surface, checked), track.check)
     state_radius(columns, track.radius_air, track.radius_water)
     problem = "" if impact.status == "ok" else why_no_impact(impact, "surface", drop.view("side").frames)
     if track.deformed:
@@ -160,7 +163,9 @@ def _measure_flight(drop: Drop, clip: Clip, ground: Background, seed: Path) -> S
     plan = air_plan(clip.shape, level=level, exposure_frames=exposure, bottom=False)
     sightings, _ = both_ways(clip, ground, seed, plan, clip.count - 1)
     radius, _ = given_radii(drop)
-    radius = radius if radius.known else pool_sightings(sightings, wet=False)
+    seen = pool_sightings(sightings, wet=False)
+    warn_of_wrong_scale(drop, seen)
+    radius = radius if radius.known else seen
     scales = find_scales(drop, radius, NO_RADIUS, ground)
     first = next((item.fit for item in sightings if item.ok and item.fit is not None), None)
     zero = SurfaceRow(math.nan, math.nan, 0.0, math.nan, "no_edge")

@@ -1,0 +1,57 @@
+"""What is done where a recording lost frames without telling: it is said, and frames with a wrong time are left out."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.stages.inputs.clip import Clip
+from wentry_cli.tracking.lost_frames import LostFrames, lost_in_fall, lost_in_water
+from wentry_cli.tracking.sighting import Sighting
+
+if TYPE_CHECKING:
+    from wentry_cli.config.campaign import Drop
+
+Array = NDArray[np.float64]
+UNEVEN = 0.01
+logger = logging.getLogger(__name__)
+
+
+def without_lost_time(drop: Drop, clip: Clip, sightings: Sequence[Sighting], scale_px_m: float) -> list[Sighting]:
+    """The sightings, those in air before the last loss of frames with the status ``gap``: their time is not known.
+
+    The clock of a drop starts at impact, so that a loss in air falsifies the times before it. One below the surface
+    falsifies those after it and is told only.
+    """
+    between = np.diff(clip.time_s)
+    if not between.size or np.ptp(between) > UNEVEN * np.median(between):
+        return list(sightings)  # frames whose times are told one by one
+    good = [item for item in sightings if item.ok and item.fit is not None]
+    fall_px = drop.experiment.gravity_m_s2 * scale_px_m * float(np.median(between)) ** 2
+    in_air = lost_in_fall(*_path([item for item in good if not item.wet]), fall_px)
+    for lost in in_air:
+        _tell(drop, lost, "what was seen in air before that is left out")
+    for lost in lost_in_water(*_path([item for item in good if item.wet])):
+        _tell(drop, lost, "until then all times after it are too early")
+    first = in_air[-1].after if in_air else 0
+    return [replace(item, status="gap") if item.ok and item.frame < first else item for item in sightings]
+
+
+def _path(sightings: Sequence[Sighting]) -> Array:
+    """Number of the frame, row of the centre and its uncertainty, px, (3, n)."""
+    path = [(item.frame, item.fit.center_y_px, item.fit.bottom_y_unc_px) for item in sightings if item.fit is not None]
+    return np.array(path, dtype=np.float64).reshape(-1, 3).T
+
+
+def _tell(drop: Drop, lost: LostFrames, until_then: str) -> None:
+    missing = "a frame is" if lost.steps == 2 else f"{lost.steps - 1} frames are"
+    logger.warning(
+        f"{drop.name}: between frames {lost.before} and {lost.after} the sphere moves as far as in {lost.steps} frames "
+        f"elsewhere: {missing} missing; number the frames as the camera did, or take the clip to one side of the gap "
+        f"with views.side.frames; {until_then}"
+    )
