@@ -63,3 +63,15 @@ def test_a_top_view_of_another_scale_is_told(
         change(soft, "top", scale_px_per_m=TOP["scale_px_per_m"])
     assert told in caplog.text
     assert ("view" in caplog.text) is bool(told)
+
+
+def test_a_scale_that_the_sphere_contradicts_is_told(
+    soft: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    for scale, told in ((900.0, False), (918.0, True)):
+        change(soft, "side", scale_px_per_m=scale)
+        caplog.clear()
+        measure(soft, tmp_path / str(told))
+        assert ("views.side.scale_px_per_m is 918, but the sphere of 51 mm measures " in caplog.text) is told
+        assert ("check the scale or sphere.diameter_m" in caplog.text) is told
+    change(soft, "side", scale_px_per_m="auto")

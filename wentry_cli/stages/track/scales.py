@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -15,7 +16,9 @@ from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius, scale_from_radius
 if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
 
+logger = logging.getLogger(__name__)
 CLIPPED_EDGE = 0.0045
+CONTRADICTED, SLIGHT = 3.0, 0.003
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,22 @@ def given_radii(drop: Drop) -> tuple[PooledRadius, PooledRadius]:
         return PooledRadius(value, value * unc, 0, 0.0)
 
     return radius(view.scale_pair.air), radius(view.scale_pair.water)
+
+
+def warn_of_wrong_scale(drop: Drop, seen: PooledRadius) -> None:
+    """Warn where the scale that the user gave for air is not that of the sphere, whose radius was ``seen`` in air."""
+    sphere, view = drop.experiment.sphere, drop.view("side")
+    given = view.scale_pair.air
+    if given == "auto" or not seen.known:
+        return
+    scale, unc = scale_from_radius(seen, sphere.diameter_m, sphere.diameter_m_unc)
+    if abs(float(given) - scale) > CONTRADICTED * math.hypot(unc, view.scale_px_per_m_unc) + SLIGHT * scale:
+        key = "views.side.scale_px_per_m" + ("" if view.scale_pair.air == view.scale_pair.water else ".air")
+        logger.warning(
+            f"{drop.name}: {key} is {float(given):g}, but the sphere of {sphere.diameter_m * 1e3:g} mm measures "
+            f"{scale:.6g} ± {unc:.2g} px/m in air: check the scale or sphere.diameter_m; heights and speeds go by the "
+            "scale that was given"
+        )
 
 
 def find_scales(drop: Drop, air: PooledRadius, water: PooledRadius, ground: Background) -> Scales:
