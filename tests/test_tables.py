@@ -93,7 +93,7 @@ def test_damaged_tables_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="column neck is missing"):
         read_table(tmp_path, "neck")
     (tmp_path / "neck.csv").write_text("frame,t_s,neck,y_m,radius_m,radius_m_unc\nx,,1,,,\n")
-    with pytest.raises(InputError, match="not a neck table"):
+    with pytest.raises(InputError, match="not the table neck"):
         read_table(tmp_path, "neck")
     (tmp_path / "neck.csv").write_text("frame,t_s,neck,y_m,radius_m,radius_m_unc\n1,0.1,1,inf,,\n")
     with pytest.raises(InputError, match=r"column y_m holds inf.* run cavity again"):

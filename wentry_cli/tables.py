@@ -168,7 +168,7 @@ def read_table(folder: Path, name: str) -> pd.DataFrame:
     except FileNotFoundError:
         raise InputError(f"{path}: missing; run `wentry process` (stage {table.stage}) first") from None
     except (ValueError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: not a {name} table ({error}); run the stage {table.stage} again") from error
+        raise InputError(f"{path}: not the table {name} ({error}); run the stage {table.stage} again") from error
     missing = [column for column in table.names if column not in frame.columns]
     if missing:
         raise InputError(f"{path}: column {missing[0]} is missing; run the stage {table.stage} again")

@@ -53,6 +53,9 @@ def _folder(tmp_path: Path, text: str) -> Path:
             "2:29: error: sphere.diameter_m_unc: must be less than diameter_m 0.051",
         ),
         (("views:", "gravity_m_s2: 1e9\nviews:"), "3:1: error: gravity_m_s2: must be at most 1000"),
+        (("views:", "liquid: {viscosity_pa_s: 1e-308}\nviews:"), "liquid.viscosity_pa_s: must be at least 1e-07"),
+        (("views:", "liquid: {surface_tension_n_m: 1e-308}\nviews:"), "liquid.surface_tension_n_m: must be at least"),
+        (("exposure_s: 5e-4", "surface_y_px_unc: 1e308"), "views.side.surface_y_px_unc: must be at most 1000"),
         (("views:", "drop: {height_m: 1e300}\nviews:"), "3:8: error: drop.height_m: must be at most 1000"),
     ],
 )

@@ -2,13 +2,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
 from tests.stages.rendered import SIDE, change, render
 from wentry_cli.config.campaign import read_drop
-from wentry_cli.errors import ConfigurationError
+from wentry_cli.errors import ConfigurationError, InputError
+from wentry_cli.frames.reader import RecordingInfo
 from wentry_cli.stages import ingest
+from wentry_cli.stages.inputs.agreement import check_view
 from wentry_cli.tables import read_table
 
 CLIP = {"before_s": 0.002, "longest_s": 0.006}
@@ -141,3 +144,26 @@ def test_what_a_recording_has_to_tell_is_told(drop: Path, tmp_path: Path, caplog
     images[3].with_name("side_3.png").write_bytes(images[3].read_bytes())
     ingest.run(tmp_path / "out", read_drop("drop", drop))
     assert "drop: views.side.source: 'side_3.png' has the number of" in caplog.text
+
+
+@pytest.mark.parametrize("background", ["nothing.png", "small.png"])
+def test_a_background_that_does_not_fit_leaves_no_table(tmp_path: Path, background: str) -> None:
+    folder = render(tmp_path / "drop", clip=CLIP)
+    cv2.imwrite(str(folder / "small.png"), np.full((10, 10), 200, np.uint8))
+    change(folder, "side", background=background)
+    drop = read_drop("drop", folder)
+    with pytest.raises(InputError, match=r"views.side.background"):
+        ingest.run(tmp_path / "out", drop)
+    assert not (tmp_path / "out" / "frames.csv").exists()
+
+
+def test_an_exposure_of_the_header_that_outlasts_a_frame_is_refused(tmp_path: Path) -> None:
+    folder = render(tmp_path / "drop", clip=CLIP)
+    change(folder, "side", fps="from_header", exposure_s=None)
+    drop = read_drop("drop", folder)
+    opened = RecordingInfo(
+        path=Path("a.cihx"), format="Photron", frame_count=9, width=64, height=64, bit_depth=8,
+        fps=1000.0, fps_source="header", exposure_s=0.5,
+    )  # fmt: skip
+    with pytest.raises(InputError, match=r"claims an exposure of 0.5 s, longer than a frame at 1000"):
+        check_view(drop, "side", opened)

@@ -15,7 +15,7 @@ from wentry_cli.config.messages import validate
 from wentry_cli.config.models import Experiment, View
 from wentry_cli.config.places import Document, KeyPath, read_document
 from wentry_cli.config.plausible import refuse_implausible
-from wentry_cli.config.values import is_formula, is_one_line
+from wentry_cli.config.values import LONGEST_NAME, is_formula, is_one_line
 from wentry_cli.errors import ConfigurationError, Gathered, InputError, NoDropError
 
 PARTS = ("sphere", "liquid", "drop", "views", "analysis")
@@ -114,7 +114,7 @@ def find_drops(video_dir: Path) -> dict[str, Path]:
     Links are followed, except to a folder seen before or to one that holds ``video_dir``.
 
     Raises ``InputError`` where the folder is missing, where two drops would have one name, or one a name that breaks a
-    line or is a formula to a spreadsheet; ``NoDropError`` where it holds no ``experiment.yaml``.
+    line, is a formula to a spreadsheet or too long for a folder; ``NoDropError`` where it holds no ``experiment.yaml``.
     """
     if os.path.isfile(video_dir):  # unlike the path's own it takes a name that is too long
         raise InputError(f"{video_dir}: is a file; give the folder that holds {EXPERIMENT}, which names the recording")
@@ -150,6 +150,12 @@ def _speakable(name: str) -> str:
     """A drop is named in messages, tables and files; raises ``InputError`` where its folders' names spoil these."""
     if not is_one_line(name):
         raise InputError(f"{name!r}: a folder that holds a drop must have a name of one line of text; rename it")
+    size = len(os.fsencode(name))
+    if size > LONGEST_NAME:
+        raise InputError(
+            f"{name}: the name of a drop, its folders joined by __, is that of a folder in the results and has at most "
+            f"{LONGEST_NAME} bytes, not {size}; give VIDEO_DIR nearer to the drop, or rename its folders"
+        )
     if is_formula(name):
         raise InputError(
             f"{name}: the name of a drop stands in tables, where {name.lstrip()[0]} begins a formula; rename its folder"

@@ -21,6 +21,7 @@ from wentry_cli.config.values import (
     Positive,
     Repeat,
     Row,
+    RowUncertainty,
     Speed,
     SurfaceTension,
     Text,
@@ -153,7 +154,7 @@ class View(Part):
     scale_px_per_m: Positive | Literal["auto"] | ScalePair = "auto"
     scale_px_per_m_unc: Uncertainty = 0.0
     surface_y_px: Row | Literal["auto"] = "auto"
-    surface_y_px_unc: Uncertainty = 0.0
+    surface_y_px_unc: RowUncertainty = 0.0
     optical_axis_y_px: Row | Literal["auto"] = "auto"
     camera_distance_m: Distance | None = None
     camera_distance_m_unc: Uncertainty = 0.0

@@ -76,10 +76,11 @@ def _walk(file: BlockFile, frames: tuple[int, int] | None) -> _Walk:
             begins.append(_plain_begin(file, page))
     except FrameUnreadableError as error:
         whole = len(begins)
+        pages = "page" if whole == 1 else f"{whole} pages"
         if not whole or frames is None or max(frames) >= whole:
-            advice = f"; set `frames: [0, {whole - 1}]` in the view to use the {whole} pages before it" if whole else ""
+            advice = f"; set `frames: [0, {whole - 1}]` in the view to use the {pages} before it" if whole else ""
             raise InputError(f"{error}{advice}") from error
-        notes = (f"the file is damaged after {whole} pages",)
+        notes = (f"the file is damaged after {whole} page{'s' if whole > 1 else ''}",)
     if first is None:
         raise InputError(f"{file.path}: a TIFF without a page")
     begins = _imagej_begins(file, first, begins)

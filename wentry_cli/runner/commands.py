@@ -219,6 +219,8 @@ def _failed_before(results: Path, drop: Drop, command: str) -> list[Failure]:
         if stage.why_not(drop) is not None:
             continue
         if not isinstance(known, dict):
+            if told.get("sentence"):  # what failed before this stage could begin
+                return [Failure(drop.name, str(told["stage"]), int(told["exit_code"]), str(told["sentence"]))]
             sentence = f"stage {stage.name} has not run; run `wentry {command}` first"
             return [Failure(drop.name, stage.name, InputError.exit_code, sentence)]
         if known.get("error") == INTERRUPTED:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from wentry_cli import progress
 from wentry_cli.config.campaign import Drop
-from wentry_cli.errors import Gathered, InputError, TooFewMeasurementsError, WentryError
+from wentry_cli.errors import Gathered, TooFewMeasurementsError, WentryError
 from wentry_cli.runner.drop import Event, Failure, Report
 from wentry_cli.runner.in_clip import check_times
 
@@ -85,8 +85,6 @@ def _sentences(drop: Drop) -> dict[str, str]:
     problems, seen = Gathered(), {}
     for view in drop.experiment.sides:
         with problems.part():
-            _check_background(drop, view)
-        with problems.part():
             seen[view] = _look(drop, view)
     problems.complain()
     times = {view: time_s for view, (_, time_s) in seen.items()}
@@ -99,6 +97,7 @@ def _look(drop: Drop, view: str) -> tuple[str, list[float]]:
     """What a view is, in a sentence, and the times of its frames."""
     from wentry_cli.stages.ingest import frame_rate, frame_times, open_view, tell_notes
     from wentry_cli.stages.inputs.agreement import check_view
+    from wentry_cli.stages.inputs.empty_scene import check_empty_scene
 
     opened = open_view(drop, view)
     try:
@@ -106,6 +105,7 @@ def _look(drop: Drop, view: str) -> tuple[str, list[float]]:
         tell_notes(drop, view, info)
         rate = frame_rate(drop, view, info)
         check_view(drop, view, info)
+        check_empty_scene(drop, view, (info.height, info.width))
         time_s = frame_times(drop, view, opened).tolist()
     finally:
         opened.recording.close()
@@ -115,20 +115,3 @@ def _look(drop: Drop, view: str) -> tuple[str, list[float]]:
         f"{rate:g} frames/s ({info.fps_source})"
     )
     return sentence, time_s
-
-
-def _check_background(drop: Drop, view: str) -> None:
-    from wentry_cli.frames.formats import open_recording
-
-    background = drop.view(view).background
-    if isinstance(background, tuple):
-        recording = open_recording(drop.source_path(view))
-        last = recording.info.frame_count - 1
-        recording.close()
-        if background[1] > last:
-            raise InputError(
-                f"{drop.source_path(view)}: views.{view}.background names frames {list(background)}, "
-                f"but the last frame is {last}"
-            )
-    elif background != "auto" and not (drop.folder / background).is_file():
-        raise InputError(f"{drop.folder / background}: views.{view}.background: no such file")

@@ -19,6 +19,7 @@ from wentry_cli.frames.reader import Frame, RecordingInfo, Region
 from wentry_cli.imaging.exposure import sum_and_clipped
 from wentry_cli.progress import tick
 from wentry_cli.stages.inputs.agreement import check_clocks, check_view
+from wentry_cli.stages.inputs.empty_scene import check_empty_scene
 from wentry_cli.tables import new_table, write_table
 
 if TYPE_CHECKING:
@@ -173,6 +174,7 @@ def _view_rows(drop: Drop, name: str, done: int) -> dict[str, Any]:
     try:
         tell_notes(drop, name, opened.info)
         check_view(drop, name, opened.info)
+        check_empty_scene(drop, name, (opened.info.height, opened.info.width))
         times = frame_times(drop, name, opened)
         levels, status = look_at_frames(drop, name, opened, done)
         return {
@@ -205,7 +207,8 @@ def run(folder: Path, drop: Drop) -> None:
 
     Raw recordings (Photron, Phantom) are read at three strips of four rows per frame, which stand for it; images and
     video have to be decoded whole to know whether they can be. Raises ``ConfigurationError`` where no rate is known or
-    the configuration cannot be that of the recording, and ``InputError`` where a recording cannot be opened.
+    the configuration cannot be that of the recording, and ``InputError`` where a recording or its background cannot be
+    opened.
     """
     parts: list[dict[str, Any]] = []
     done = 0

@@ -47,7 +47,8 @@ class WetTracker:
         self.good = [(item.frame, item.fit) for item in dry if item.ok and item.fit is not None]
         self.speed = self._speed()
         self.check = NO_CHECK
-        self.darkness = float(np.median([item.inside for item in dry if item.ok])) if dry else math.nan
+        inside = [item.inside for item in dry if item.ok]
+        self.darkness = float(np.median(inside)) if inside else math.nan
 
     def track(self, path: Path, order: range) -> tuple[list[Sighting], PooledRadius, ShapeCheck]:
         """Follow the path below the surface; returns sightings, the pooled radius, and what the shape adds to it."""

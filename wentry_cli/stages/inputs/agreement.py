@@ -1,6 +1,7 @@
 """Whether recording and configuration belong together, as far as size, rate and clock tell before anything is measured.
 
-Each function raises ``ConfigurationError`` with the key and its place.
+Each function raises ``ConfigurationError`` with the key and its place, or ``InputError`` where the recording
+contradicts itself.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from wentry_cli.config.blame import wrong_key
 from wentry_cli.config.plausible import ROUNDED, too_long
+from wentry_cli.errors import InputError
 from wentry_cli.frames.reader import RecordingInfo
 
 if TYPE_CHECKING:
@@ -35,6 +37,10 @@ def check_view(drop: Drop, name: str, info: RecordingInfo) -> None:
     if view.fps != "from_header":
         told = f"{too_long(exposure, info.fps)}: the exposure is the header's"
         raise wrong_key(drop, f"views.{name}.fps", view.fps, told)
+    raise InputError(
+        f"{info.path}: its header claims an exposure of {exposure:g} s, longer than a frame at {info.fps:g} frames/s; "
+        f"set views.{name}.exposure_s and views.{name}.fps to those of the camera"
+    )
 
 
 def check_clocks(drop: Drop, spans: dict[str, Span]) -> None:

@@ -10,23 +10,19 @@ from numpy.typing import NDArray
 
 from wentry_cli.errors import FrameUnreadableError, InputError
 from wentry_cli.frames.decoded import found_once
-from wentry_cli.frames.formats import open_recording
-from wentry_cli.frames.oriented import orient
 from wentry_cli.imaging.background import Background, build_background
 from wentry_cli.imaging.ground import sample_indices
 from wentry_cli.stages.ingest import OpenView, open_view
-from wentry_cli.tracking.source import read_samples
+from wentry_cli.stages.inputs.empty_scene import read_empty_scene
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from wentry_cli.config.campaign import Drop
-    from wentry_cli.config.models import View
 
 SAMPLE_BYTES = 36_000_000
 MOST_SAMPLES = 28
 FEWEST_SAMPLES = 9
-MOST_EMPTY = 40
 
 
 class Clip:
@@ -129,42 +125,5 @@ def _flat_field(drop: Drop, name: str, clip: Clip) -> tuple[Background, list[int
     samples, sampled = clip.sample()
     if view.background == "auto":
         return build_background(samples, clip.full_scale, polarity=view.polarity), sampled
-    empty = _empty_frames(drop, name, view)
-    if empty.shape[1:] != clip.shape:
-        raise InputError(
-            f"{drop.folder / 'experiment.yaml'}: views.{name}.background is {empty.shape[2]} x {empty.shape[1]} "
-            f"pixels, the recording {clip.shape[1]} x {clip.shape[0]}; take an empty frame of the same camera setting"
-        )
+    empty = read_empty_scene(drop, name, clip.shape)
     return build_background(empty, clip.full_scale, polarity=view.polarity, empty=True), sampled
-
-
-def _empty_frames(drop: Drop, name: str, view: View) -> NDArray[Any]:
-    if isinstance(view.background, tuple):
-        raw = open_recording(drop.source_path(name))
-        chosen: tuple[int, int] | None = view.background
-    else:
-        path = drop.folder / view.background
-        # one image is opened as a folder of numbered images that holds a single one: a pattern that only it matches
-        only = path if path.suffix.lower() in {".tif", ".tiff"} else path.with_name(f"[{path.name[0]}]{path.name[1:]}")
-        if not path.is_file():
-            raise InputError(f"{path}: views.{name}.background: no such file; give an image, [first, last] or auto")
-        raw, chosen = open_recording(only), None
-    turned = orient(raw, rotate=view.rotate, flip=view.flip, roi_px=view.roi_px, frames=chosen)
-    count = turned.info.frame_count
-    indices = sorted({round(value) for value in np.linspace(0, count - 1, min(count, MOST_EMPTY))})
-    frames = _Plain(turned)
-    try:
-        return read_samples(frames, indices)
-    finally:
-        raw.close()
-
-
-class _Plain:
-    """A recording with the names that trackers use."""
-
-    def __init__(self, recording: Any) -> None:
-        """Wrap an oriented recording."""
-        self.read = recording.read
-        self.count = recording.info.frame_count
-        self.shape = (recording.info.height, recording.info.width)
-        self.full_scale = float(2**recording.info.bit_depth - 1)

@@ -56,7 +56,8 @@ def run(folder: Path, drop: Drop) -> None:
     for name, result in (("side", side), ("top", top)):
         if result is not None:
             write_table(folder, name, new_table(name, result.columns))
-    _complain(drop, [item for item in (side, top) if item is not None])
+    unknown = [str(row["view"]) for row in rows if math.isnan(row["exposure_s"])]
+    _complain(drop, [item for item in (side, top) if item is not None], unknown)
 
 
 def _warn_of_clipped_light(drop: Drop, name: str, ground: Background) -> None:
@@ -116,14 +117,22 @@ def _top_row(drop: Drop, clip: Clip, top: TopResult) -> dict[str, Any]:
     )
 
 
-def _complain(drop: Drop, results: Sequence[SideResult | TopResult]) -> None:
-    """Raise where every view has too few good frames, or the main one has a problem that leaves no time axis."""
+def _complain(drop: Drop, results: Sequence[SideResult | TopResult], unexposed: Sequence[str]) -> None:
+    """Raise where every view has too few good frames, or the main one has a problem that leaves no time axis.
+
+    ``unexposed`` are the views whose exposure is not known.
+    """
     least = drop.experiment.analysis.min_frames
     good = [sum(word == "ok" for word in item.columns["status"]) for item in results]
     if max(good) < least:
         words = Counter(word for item in results for word in item.columns["status"] if word != "ok")
         worst = ", ".join(f"{count} {word}" for word, count in words.most_common(3)) or "the clip has no more"
         reason = next((item.problem for item in results if item.problem), "see the status column")
+        if unexposed and [word for word, _ in words.most_common(1)] == ["not_identified"]:
+            reason += (
+                f"; nothing is known of how long a frame of views.{unexposed[0]} is exposed: where motion blurs the "
+                f"sphere give views.{unexposed[0]}.exposure_s"
+            )
         raise TooFewMeasurementsError(
             f"{drop.name}: only {max(good)} frames could be measured, analysis.min_frames asks for {least} ({worst}); "
             f"{reason}"

@@ -42,10 +42,11 @@ def without_lost_time(drop: Drop, clip: Clip, sightings: Sequence[Sighting], sca
     return [replace(item, status="gap") if item.ok and item.frame < first else item for item in sightings]
 
 
-def _path(sightings: Sequence[Sighting]) -> Array:
-    """Number of the frame, row of the centre and its uncertainty, px, (3, n)."""
+def _path(sightings: Sequence[Sighting]) -> tuple[Array, Array, Array]:
+    """Number of the frame, row of the centre and its uncertainty, px, (n,) each."""
     path = [(item.frame, item.fit.center_y_px, item.fit.bottom_y_unc_px) for item in sightings if item.fit is not None]
-    return np.array(path, dtype=np.float64).reshape(-1, 3).T
+    number, row, unc = np.array(path, dtype=np.float64).reshape(-1, 3).T
+    return number, row, unc
 
 
 def _tell(drop: Drop, lost: LostFrames, until_then: str) -> None:
