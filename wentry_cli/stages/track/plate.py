@@ -15,7 +15,7 @@ from wentry_cli.stages.track.axis import NO_AXIS
 from wentry_cli.stages.track.exposure import exposure_frames, fitting_level
 from wentry_cli.stages.track.impact import best_bottom, entry_impact
 from wentry_cli.stages.track.lost_frames import without_lost_time
-from wentry_cli.stages.track.scales import find_scales, given_radii
+from wentry_cli.stages.track.scales import find_scales, given_radii, with_clipped_edge
 from wentry_cli.stages.track.side_result import SideResult, dated, in_metres, state_radius, why_no_impact
 from wentry_cli.tracking.plate import PlateScene, track_plate
 from wentry_cli.tracking.prediction import Path
@@ -45,6 +45,7 @@ def measure_plate(drop: Drop, clip: Clip, ground: Background, start: tuple[Path,
     scales = find_scales(drop, track.radius, NO_RADIUS, ground)
     flying = [item for item in track.sightings if item.free_fit is not None or best_bottom(item)[2] > 0]
     before = [item for item in flying if item.frame < _first_contact(track.sightings, plate.y_px)]
+    plate = with_clipped_edge(plate, track.radius, ground)
     timed = without_lost_time(drop, clip, before, scales.air)
     impact = entry_impact(drop, clip, timed, (plate, scales.air))
     by_frame = {item.frame: item for item in timed}

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import logging
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.imaging.background import Background
+from wentry_cli.imaging.free_surface import SurfaceRow
 from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius, scale_from_radius
 
 if TYPE_CHECKING:
@@ -87,6 +88,17 @@ def find_scales(drop: Drop, air: PooledRadius, water: PooledRadius, ground: Back
     if drop.experiment.kind != "water_entry":
         return Scales(*values[0], *values[0], air_source)
     return Scales(*values[0], *values[1], f"air {air_source}, water {wet_source}")
+
+
+def with_clipped_edge(surface: SurfaceRow, radius: PooledRadius, ground: Background) -> SurfaceRow:
+    """The row of y = 0, less certain by what a sensor that clips the light leaves unknown of the edge of the sphere.
+
+    An outline that is too small in all frames has its lowest point too high in all of them: heights and the moment of
+    impact come out as if the row of the surface were wrong by as much.
+    """
+    if not (math.isfinite(ground.ceiling) and radius.known):
+        return surface
+    return replace(surface, unc_px=math.hypot(surface.unc_px, CLIPPED_EDGE * radius.value))
 
 
 def height_unc(

@@ -21,7 +21,7 @@ from wentry_cli.stages.track.impact import NO_IMPACT, entry_impact
 from wentry_cli.stages.track.lost_frames import without_lost_time
 from wentry_cli.stages.track.plate import measure_plate
 from wentry_cli.stages.track.rows import side_columns
-from wentry_cli.stages.track.scales import NO_SCALES, find_scales, given_radii, warn_of_wrong_scale
+from wentry_cli.stages.track.scales import NO_SCALES, find_scales, given_radii, warn_of_wrong_scale, with_clipped_edge
 from wentry_cli.stages.track.side_result import SideResult, dated, in_metres, state_radius, why_no_impact
 from wentry_cli.stages.track.surface import band_reach, surface_row
 from wentry_cli.tracking.flight import air_plan, both_ways, fits_in_air
@@ -126,6 +126,7 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
         surface = replace(surface, y_px=track.mirror.y_px, unc_px=track.mirror.unc_px)
     warn_of_wrong_scale(drop, pool_sightings(track.sightings, wet=False))
     scales = find_scales(drop, track.radius_air, track.radius_water, ground)
+    surface = with_clipped_edge(surface, track.radius_air, ground)
     sightings = without_lost_time(drop, clip, track.sightings, scales.air)
     impact = entry_impact(drop, clip, sightings, (surface, scales.air))
     axis = assumed_axis(drop, clip.opened.middle_px)
