@@ -167,3 +167,18 @@ def test_an_exposure_of_the_header_that_outlasts_a_frame_is_refused(tmp_path: Pa
     )  # fmt: skip
     with pytest.raises(InputError, match=r"claims an exposure of 0.5 s, longer than a frame at 1000"):
         check_view(drop, "side", opened)
+
+
+@pytest.mark.parametrize(
+    ("kind", "told"), [("JPEG images, 8 bit", True), ("video MJPG", True), ("video FFV1", False), ("TIFF", False)]
+)
+def test_levels_that_are_made_for_the_eye_are_told(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, kind: str, told: bool
+) -> None:
+    drop = read_drop("drop", render(tmp_path / "drop", clip=CLIP))
+    info = RecordingInfo(
+        path=Path("a"), format=kind, frame_count=9, width=64, height=64, bit_depth=8,
+        fps=1000.0, fps_source="given", exposure_s=None,
+    )  # fmt: skip
+    ingest.tell_notes(drop, "side", info)
+    assert ("usually not linear in the light" in caplog.text) is told

@@ -30,6 +30,7 @@ STRIPS = 3
 SHOWN = 5  # frames that a message names
 logger = logging.getLogger(__name__)
 RANDOM_ACCESS = ("Photron", "Phantom")
+FOR_THE_EYE, LOSSLESS = ("video", "JPEG"), ("FFV1", "HFYU", "Y800")
 
 
 @dataclass(frozen=True)
@@ -137,6 +138,12 @@ def tell_notes(drop: Drop, name: str, info: RecordingInfo) -> None:
     """Warn of what the recording of the view ``name`` itself has to tell."""
     for note in info.notes:
         logger.warning("%s: views.%s.source: %s", drop.name, name, note)
+    if info.bit_depth == 8 and info.format.startswith(FOR_THE_EYE) and not any(c in info.format for c in LOSSLESS):
+        logger.warning(
+            "%s: views.%s.source: grey levels of %s are usually not linear in the light: a gamma of 0.45 makes the "
+            "sphere 1 %% too small and speeds as much too high, which no uncertainty here holds; export raw or TIFF",
+            drop.name, name, info.format,
+        )  # fmt: skip
 
 
 def look_at_frames(drop: Drop, name: str, opened: OpenView, done: int = 0) -> tuple[NDArray[np.float64], list[str]]:
