@@ -36,10 +36,10 @@ def change(folder: Path, name: str = "side", **view: Any) -> None:
 
 
 def measure(folder: Path, out: Path) -> tuple[Drop, WentryError | None]:
-    """Run ingest and track; returns the drop and the error that track raised after its tables."""
+    """Run ingest and track; returns the drop and the error that one of them raised."""
     drop = read_drop(folder.name, folder)
-    ingest.run(out, drop)
     try:
+        ingest.run(out, drop)
         track.run(out, drop)
     except WentryError as error:
         return drop, error
