@@ -1,9 +1,11 @@
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import cv2
 import numpy as np
+import pytest
 
 from tests.tracking.clips import SHAPE, clip, ground_of
 from wentry_cli.synthetic.still import StillBody
@@ -91,9 +93,50 @@ def test_the_outer_edge_of_a_ring_is_not_as_dark_within_as_the_sphere() -> None:
     assert seed is not None
     circle = track_top(frames, ground, seed)[seed.frames[-1] + 1]
     assert circle.inside < 0.2
-    accept = _like_the_sphere(seed, [circle.inside] * 5)
+    accept = _like_the_sphere(seed, [(circle.inside, circle.lightest)] * 5)
     assert accept(circle)
     assert not accept(replace(circle, inside=circle.inside + 0.3))
+    assert not accept(replace(circle, lightest=circle.lightest + 0.3))
+
+
+def shrinking(frame: int) -> float:
+    return 36.0 - 2.0 * math.sin(0.1 * frame) - 0.25 * max(frame - 12, 0)
+
+
+@pytest.mark.parametrize(("thickness", "level"), [(8.0, 40.0), (8.0, 15.0), (4.0, 40.0), (14.0, 25.0)])
+def test_the_sphere_is_followed_in_the_gap_within_a_smooth_ring(thickness: float, level: float) -> None:
+    """The outer edge of the ring is smooth and closed, a radius is soon not in reach, the gap within is bright."""
+    bare = clip(lambda k: StillBody(float(CENTRE[0]), float(CENTRE[1]), shrinking(k)), 40)
+    values = np.stack([bare.read(k) for k in range(40)])
+    rows, columns = np.indices(SHAPE)
+    away = np.hypot(columns - CENTRE[0], rows - CENTRE[1])
+    for k in range(14, 40):
+        inner = shrinking(14) + 1.0 + 0.3 * (k - 14)
+        cover = np.clip(away - inner + 0.5, 0, 1) * np.clip(inner + thickness - away + 0.5, 0, 1)
+        cover = cv2.GaussianBlur(cover, (0, 0), 1.0)
+        values[k] = np.round(values[k] * (1 - cover) + level * cover).astype(np.uint8)
+    frames, ground = FrameArray(values), ground_of(bare)
+    seed = find_seed(frames, ground, range(0, 10, 2))
+    assert seed is not None
+    seen = track_top(frames, ground, seed)
+    good = {item.frame: item.fit for item in seen if item.ok and item.fit is not None}
+    assert {*range(14), *range(25, 40)} <= set(good)
+    for k, fit in good.items():
+        assert abs(fit.radius_px - shrinking(k)) < max(0.03, 4.0 * fit.radius_unc_px)
+    assert {item.status for item in seen if item.frame not in good} <= {"poor_fit", "occluded"}
+
+
+def test_a_radius_does_not_leap_over_what_is_hidden() -> None:
+    frames, _ = ringed({})
+    ground = ground_of(frames)
+    seed = find_seed(frames, ground, range(0, 10, 2))
+    assert seed is not None
+    seen = track_top(frames, ground, seed)
+    accept, at = _like_the_sphere(seed, []), seed.frames[-1]
+    circle = seen[at + 2]
+    assert circle.fit is not None
+    assert accept(circle)
+    assert not accept(replace(circle, fit=replace(circle.fit, radius_px=RADIUS * 1.17)))
 
 
 def test_the_grey_floor_of_a_cavity_is_no_ring() -> None:

@@ -19,6 +19,7 @@ from wentry_cli.imaging.background import Background, steadied
 from wentry_cli.imaging.order_statistics import median_of
 from wentry_cli.imaging.patch import Patch
 from wentry_cli.tracking.prediction import usable
+from wentry_cli.tracking.round_levels import lightest_within
 from wentry_cli.tracking.source import Frames, read_patch
 
 # Beyond this, px and share of R, the bottom alone and the whole outline do not see the same sphere.
@@ -70,7 +71,7 @@ class Sighting:
     ``fit`` is None where nothing could be fitted, ``status`` is that of the whole row; ``free_fit`` is
     the fit with free radius, where there was one; ``line`` is the row above which the outline was not looked at, from
     the centre down in semi-axes, ``departure`` what the ellipse of the fit leaves out of the outline. ``inside`` is the
-    transmission just within the lower outline.
+    transmission just within the lower outline, ``lightest`` that of the lightest ring within a circle.
     """
 
     frame: int
@@ -84,6 +85,7 @@ class Sighting:
     line: float = -math.inf
     departure: Departure = NONE
     inside: float = math.nan
+    lightest: float = math.nan
 
     @property
     def ok(self) -> bool:
@@ -130,7 +132,15 @@ def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighti
         radius = fit.radius_px
         inside = level_within(patch.values, fit.center_x_px - patch.x0, fit.center_y_px - patch.y0, radius, radius,
                               -math.inf)  # fmt: skip
-        return Sighting(index, "occluded" if crowded else "ok", fit, free_fit=fit, circle=True, inside=inside)
+        return Sighting(
+            index,
+            "occluded" if crowded else "ok",
+            fit,
+            free_fit=fit,
+            circle=True,
+            inside=inside,
+            lightest=lightest_within(patch, fit),
+        )
     if look.beside_band:
         fit = _doubted_beside_band(patch, fit, look)
     bottom = fit_local_bottom(patch, fit, motion_px=look.motion_px) if look.bottom else None

@@ -15,14 +15,15 @@ from wentry_cli.tracking.flight import leaves_frame, margin_of
 from wentry_cli.tracking.follow import Plan, Watch, follow
 from wentry_cli.tracking.impact import weighted_line
 from wentry_cli.tracking.prediction import Path, plausible
+from wentry_cli.tracking.round_levels import median_levels
 from wentry_cli.tracking.sighting import Look, Sighting
 from wentry_cli.tracking.source import Frames, read_patch
 from wentry_cli.tracking.splash_ring import judge_rings
 from wentry_cli.tracking.top_depth import Height, TopCamera
 
 HIDDEN_AFTER = 10
-# The softest spheres widen by 3 % of their radius a frame.
-FASTEST_GROWTH = 0.06
+# The softest spheres widen by 3 % of their radius a frame, those filmed at few frames a second by more.
+FASTEST_GROWTH, SUDDEN = 0.06, 0.5
 FIRST_CIRCLES, BRIGHTER = 5, 0.15
 SEARCH_STEP = 1
 NEAREST = 1e-3  # of its distance from the surface, a sphere in front of the camera
@@ -40,7 +41,7 @@ def track_top(
     plan = _circle_plan(frames.shape, level, exposure_frames)
     start = seed.frames[0]
     seen: list[Sighting] = []
-    darkness: list[float] = []
+    darkness: list[tuple[float, float]] = []
     path: Path | None = replace(seed)
     while path is not None:
         watch = Watch(accept=_like_the_sphere(path, darkness), patience=HIDDEN_AFTER)
@@ -52,22 +53,25 @@ def track_top(
     return _hidden_at_the_end(judge_rings(frames, ground, [*reversed(before), *seen]))
 
 
-def _like_the_sphere(path: Path, darkness: list[float]) -> Callable[[Sighting], bool]:
+def _like_the_sphere(path: Path, darkness: list[tuple[float, float]]) -> Callable[[Sighting], bool]:
     """Whether a circle is as large as the sphere can have become, and as dark within: no edge of the ring is both.
 
-    ``darkness`` collects what the first circles are within.
+    Within the outer edge of a ring there is the ring itself, which is lighter than the sphere, or the gap between the
+    two. ``darkness`` collects what the first circles are within.
     """
 
     def accept(sighting: Sighting) -> bool:
         assert sighting.fit is not None
-        last = path.shapes[-1].semi_across
-        allowed = FASTEST_GROWTH * path.radius * (1 + abs(sighting.frame - path.frames[-1]))
-        if not abs(sighting.fit.radius_px - last) < allowed:
+        last, expected = path.shapes[-1].semi_across, path.predict(sighting.frame).semi_across
+        allowed = FASTEST_GROWTH * path.radius * (SUDDEN + abs(sighting.frame - path.frames[-1]))
+        if not min(last, expected) - allowed < sighting.fit.radius_px < max(last, expected) + allowed:
             return False
+        found = sighting.inside, sighting.lightest
         if len(darkness) < FIRST_CIRCLES:
-            darkness.append(sighting.inside)
+            darkness.append(found)
             return True
-        return not sighting.inside > float(np.nanmedian(darkness)) + BRIGHTER
+        usual = np.nanmedian(darkness, axis=0)
+        return not any(level > before + BRIGHTER for level, before in zip(found, usual, strict=True))
 
     return accept
 
@@ -93,14 +97,8 @@ def _inner_disc(frames: Frames, ground: Background, index: int, last: EllipseSha
     patch = read_patch(frames, index, ground, (last.x - reach, last.y - reach, last.x + reach, last.y + reach))
     if isinstance(patch, str):
         return math.nan
-    angle = np.linspace(0.0, 2.0 * math.pi, 72, endpoint=False)
     away = np.arange(0.0, reach, 1.0)
-    column = np.rint(last.x - patch.x0 + away[:, None] * np.cos(angle)).astype(np.intp)
-    row = np.rint(last.y - patch.y0 + away[:, None] * np.sin(angle)).astype(np.intp)
-    height, width = patch.values.shape
-    seen = (row >= 0) & (column >= 0) & (row < height) & (column < width)
-    levels = np.where(seen, patch.values[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)], 0.0)
-    bright = np.flatnonzero(np.median(np.nan_to_num(levels), axis=1) > BRIGHT_AGAIN)
+    bright = np.flatnonzero(median_levels(patch, last.x, last.y, away) > BRIGHT_AGAIN)
     return float(away[bright[0]]) if bright.size and away[bright[0]] > SMALLEST_AGAIN * radius else math.nan
 
 
