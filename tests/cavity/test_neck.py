@@ -92,6 +92,33 @@ def test_a_long_absence_ends_a_track_and_short_tracks_are_left_out() -> None:
     assert [track.frame[0] for track in follower.tracks()] == [0, 20]
 
 
+def test_a_neck_that_closes_within_one_frame_keeps_its_track() -> None:
+    follower = NeckFollower()
+    for frame in range(40):
+        follower.add(frame, [_neck(100.0 + 0.5 * frame, float(np.sqrt(max(140.0 * (30.9 - frame), 0.0))))])
+    (track,) = follower.tracks()
+    assert track.frame.tolist() == list(range(40))
+    assert track.radius_px[30] > 11.0
+    assert not track.radius_px[31:].any()
+
+
+def test_dust_that_leads_a_neck_astray_does_not_split_its_track() -> None:
+    follower = NeckFollower()
+    rows = [188.6, 188.4, 188.7, 188.5, 188.6, 191.6, 196.6, 196.8, 197.2, 197.4, 191.3, 191.0, 191.6]
+    radii = [39.3, 38.6, 37.8, 36.9, 35.9, 34.8, 31.4, 28.6, 27.8, 27.9, 27.3, 25.2, 22.8]
+    for frame, (row, radius) in enumerate(zip(rows, radii, strict=True)):
+        follower.add(frame, [_neck(row, radius)])
+    (track,) = follower.tracks()
+    assert track.frame.tolist() == list(range(len(rows)))
+
+
+def test_a_wide_neck_that_narrows_slowly_is_not_the_closed_one_elsewhere() -> None:
+    follower = NeckFollower()
+    for frame in range(20):
+        follower.add(frame, [_neck(100.0, 30.0 - 0.1 * frame)] if frame < 12 else [_neck(100.0, 0.0)])
+    assert [track.frame.size for track in follower.tracks()] == [12, 8]
+
+
 def test_order_of_the_necks_in_a_frame_does_not_matter() -> None:
     one, other = NeckFollower(), NeckFollower()
     for frame in range(12):

@@ -123,6 +123,23 @@ def test_jets_and_mist_after_the_closure_do_not_move_it() -> None:
     assert np.mean(np.abs(errors) < 0.5) > 0.85
 
 
+def test_spoiled_samples_do_not_move_the_closure() -> None:
+    """Dust or an edge behind the neck spoils some frames in a row, by far more than the noise."""
+    rng = np.random.default_rng(6)
+    errors, pulls = [], []
+    for _ in range(12):
+        closure = 33.0 + rng.random()
+        time, radius = simulate(LAWS["ring"], closure, 0.5, rng)
+        at = int(rng.integers(14, 24))
+        radius[at : at + 5] -= np.array([2.5, 5.0, 6.0, 4.0, 2.0])
+        fit = fit_closure(time, radius, NOISE, exposure_s=0.5, min_radius=1.5, last_time_s=time[-1])
+        assert fit.status == "ok"
+        errors.append(fit.t_s - closure)
+        pulls.append(errors[-1] / fit.t_unc_s)
+    assert np.sqrt(np.mean(np.square(errors))) < 0.2
+    assert np.sqrt(np.mean(np.square(pulls))) < 1.6
+
+
 def test_clip_that_ends_first_says_so_and_gives_no_time() -> None:
     time, radius = simulate(LAWS["ring"], 33.4, 0.5, np.random.default_rng(3), frames=28)
     fit = fit_closure(time, radius, NOISE, exposure_s=0.5, min_radius=1.5, last_time_s=time[-1])

@@ -148,3 +148,22 @@ def test_the_noise_of_closed_frames_is_not_that_of_the_neck() -> None:
     seal = find_seal([NeckTrack(track.frame, track.y_px, np.maximum(kinked, 0.0), unc)], scene())
     assert seal.status == "ok"
     assert abs(seal.t_s - (60.4 - 10) * STEP) < 3.0 * seal.t_unc_s
+
+
+def test_a_neck_that_stays_closed_in_view_is_a_pinch_off_whatever_its_law_says() -> None:
+    """Where the radii follow no law the closure lies between the last open and the first closed frame."""
+    neck = closing(60.4, 250.0, last=75)
+    wild = np.maximum(neck.radius_px + 6.0 * np.sin(1.7 * neck.frame), 2.0)
+    wild = np.where(neck.frame < 60.4, wild, 0.0)
+    seal = find_seal([replace(neck, radius_px=wild)], scene())
+    assert (seal.value, seal.status) == ("deep_seal", "ok")
+    assert abs(seal.t_s - (60.4 - 10) * STEP) < 3.0 * seal.t_unc_s
+    assert seal.t_unc_s < STEP
+    assert seal.y_px == pytest.approx(250.0, abs=1.0)
+
+
+def test_frames_in_which_a_neck_is_closed_are_no_recording_that_ends_before() -> None:
+    frames = np.arange(74, FRAMES)
+    shut = NeckTrack(frames, np.full(frames.size, 250.0), np.zeros(frames.size), np.full(frames.size, 0.05))
+    vanished = np.where(np.arange(FRAMES) < 60, -40.0, np.nan)
+    assert find_seal([shut], scene(apex=vanished)).status != "clip_ended"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -15,6 +16,7 @@ Floats = NDArray[np.float64]
 MIN_PROMINENCE_PX = 1.5  # in width; below it an undulation is noise
 MAX_GAP_FRAMES = 4
 REACH_PX = 8.0  # how far a neck may lie from where its track foretells it
+SECOND_CHOICE = 2.0  # more than any misfit of a neck that lies where its track foretells it
 
 
 @dataclass(frozen=True)
@@ -78,16 +80,37 @@ class _OpenTrack:
         return offset + min(max(slope, -4.0), 4.0) * ahead
 
     def misfit(self, frame: int, neck: Neck) -> float:
-        """Distance of ``neck`` from this track in units of what may change, infinite beyond it."""
+        """Distance of ``neck`` from this track in units of what may change, infinite beyond it.
+
+        What lies between the last sample and where the track leads comes after what lies where it leads: dust or a
+        caustic leads a track astray for a few frames, and a neck closes within one.
+        """
         gap = frame - self.frame[-1]
         if gap > MAX_GAP_FRAMES:
             return np.inf
-        radius = self.necks[-1].radius_px
+        last, foretold = self.necks[-1], self.foretell(frame)
         reach_y = REACH_PX + 2.0 * (gap - 1)
-        reach_r = 4.0 + 0.2 * radius + 2.0 * (gap - 1)
-        off_y = abs(neck.y_px - self.foretell(frame)) / reach_y
-        off_r = abs(neck.radius_px - radius) / reach_r
-        return float(np.hypot(off_y, off_r)) if max(off_y, off_r) <= 1.0 else np.inf
+        reach_r = 4.0 + 0.2 * last.radius_px + 2.0 * (gap - 1)
+        off_y = abs(neck.y_px - foretold) / reach_y
+        off_r = abs(neck.radius_px - last.radius_px) / reach_r
+        if max(off_y, off_r) <= 1.0:
+            return float(np.hypot(off_y, off_r))
+        off_y = _beyond(neck.y_px, last.y_px, foretold) / reach_y
+        off_r = _beyond(neck.radius_px, last.radius_px, self._narrowed(frame)) / reach_r
+        return SECOND_CHOICE + float(np.hypot(off_y, off_r)) if max(off_y, off_r) <= 1.0 else np.inf
+
+    def _narrowed(self, frame: int) -> float:
+        """Radius in ``frame`` of a neck that goes on narrowing: its square falls evenly, as that of a closing ring."""
+        radius = self.necks[-1].radius_px
+        if len(self.necks) < 2 or self.necks[-2].radius_px <= radius:
+            return radius
+        fall = (self.necks[-2].radius_px ** 2 - radius**2) / (self.frame[-1] - self.frame[-2])
+        return math.sqrt(max(radius**2 - fall * (frame - self.frame[-1]), 0.0))
+
+
+def _beyond(value: float, one: float, other: float) -> float:
+    """How far a value lies outside of the interval between two others."""
+    return abs(value - min(max(value, min(one, other)), max(one, other)))
 
 
 def _line(at: Sequence[int], values: Sequence[float]) -> tuple[float, float]:

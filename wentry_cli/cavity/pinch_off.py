@@ -14,6 +14,8 @@ Floats = NDArray[np.float64]
 MIN_SAMPLES = 6
 LAW_UNC_FRAMES = 0.04  # a neck that follows another law (exponent 1/2, drifting) shifts the closure by about that
 MAX_AFTERMATH = 8  # samples after the closure that may pass for a neck
+SPOILED, STRAY, KEPT_SHARE = 3.0, 4.0, 0.6  # in standard uncertainties: a fit with strays, a stray; what must be left
+CONCENTRATIONS, STARTS = 12, 3  # from all samples, and from those without one of three parts
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,7 @@ def fit_closure(
     Least squares over closure time, ln amplitude, exponent and curvature, with priors on the last two: the ring model
     has exponent 1/2, an axisymmetric neck drifts slowly towards it (Eggers et al., PRL 98, 094502, 2007). The
     uncertainty holds the fit's own (widened by its misfit), how far leaving the last sample out shifts it beyond
-    noise, and ``LAW_UNC_FRAMES``.
+    noise, and ``LAW_UNC_FRAMES``. Samples that dust, a caustic or an edge behind the neck has spoiled are left out.
     """
     time, values = _usable_samples(time_s, radius, min_radius, frames + MAX_AFTERMATH)
     open_samples = _count_before_closure(time, values, radius_unc, exposure_s)
@@ -75,6 +77,7 @@ def fit_closure(
     time, values = time[-frames:], values[-frames:]
     if time.size < MIN_SAMPLES:
         return _no_fit("too_few", time.size)
+    time, values = _without_strays(time, values, radius_unc, exposure_s)
     result, law, scaling = _solve(time, values, radius_unc, exposure_s)
     earlier, short, (origin, span, _) = _solve(time[:-1], values[:-1], radius_unc, exposure_s)
     shift = scaling[0] + result.x[0] * scaling[1] - (origin + earlier.x[0] * span)
@@ -104,6 +107,45 @@ def _trailing_misfit(time: Floats, values: Floats, radius_unc: float, exposure_s
     result, law, _ = _solve(time, values, radius_unc, exposure_s)
     misfit = (law.predict(result.x) - law.radius)[-MAX_AFTERMATH:] / law.radius_unc
     return float(np.sqrt(np.mean(misfit**2)))
+
+
+def _without_strays(time: Floats, values: Floats, radius_unc: float, exposure_s: float) -> tuple[Floats, Floats]:
+    """The samples without those that lie off the law of the most; all where they agree, or where too few would be left.
+
+    Least trimmed squares by concentration (Rousseeuw and Van Driessen, Technometrics 41, 212, 1999).
+    """
+    result, law, _ = _solve(time, values, radius_unc, exposure_s)
+    fewest = max(MIN_SAMPLES, int(np.ceil(KEPT_SHARE * time.size)))
+    if _scatter(result, law) < SPOILED or fewest >= time.size:
+        return time, values
+    thirds = np.arange(time.size) * STARTS // time.size
+    starts = [np.flatnonzero(thirds != without) for without in range(-1, STARTS)]
+    tried = [_concentrated(time, values, kept, fewest, radius_unc, exposure_s) for kept in starts]
+    off = min(tried, key=lambda found: float(np.sum(np.sort(found)[:fewest] ** 2)))
+    good = off < STRAY * max(1.0, float(np.median(off)) / 0.6745)
+    return (time[good], values[good]) if np.count_nonzero(good) >= fewest else (time, values)
+
+
+def _concentrated(
+    time: Floats, values: Floats, kept: NDArray[np.int64], fewest: int, radius_unc: float, exposure_s: float
+) -> Floats:
+    """How far all samples (n,) lie off the law of the ``fewest`` that agree best, on the way from those ``kept``."""
+    off = _misfit_of_all(time, values, kept, radius_unc, exposure_s)
+    for _ in range(CONCENTRATIONS):
+        before, kept = kept, np.sort(np.argsort(off, kind="stable")[:fewest])
+        if np.array_equal(before, kept):
+            break
+        off = _misfit_of_all(time, values, kept, radius_unc, exposure_s)
+    return off
+
+
+def _misfit_of_all(
+    time: Floats, values: Floats, kept: NDArray[np.int64], radius_unc: float, exposure_s: float
+) -> Floats:
+    """How far all samples (n,) lie off the law of those ``kept``, in standard uncertainties."""
+    result, _, (origin, span, unit) = _solve(time[kept], values[kept], radius_unc, exposure_s)
+    law = ClosureLaw((time - origin) / span, values / unit, radius_unc / unit, exposure_s / span)
+    return np.abs(law.predict(result.x) - law.radius) / law.radius_unc
 
 
 def _solve(

@@ -19,7 +19,7 @@ AT_SPHERE = 0.12  # in radii of the sphere: a neck so close above its top closes
 EDGE_MODEL_PX = 0.05  # what blur and the slope of the wall leave in a radius, however low the noise
 ALMOST_CLOSED = 0.45  # in radii of the sphere: a neck that is wider when last seen has not been seen to close
 LONGEST_LEAP_FRAMES = 3.0
-FEWEST_SAMPLES = 8
+FEWEST_SAMPLES, FEWEST_SHUT = 8, 3
 LEAP_ROWS, LAST_ROWS, LEAP_PX, LEAP_SIGMA, LEAP_SHARE = 10, 40, 1.5, 8.0, 0.8
 LASTING = 0.12  # in radii: a neck as wide as that right after its closure did not close; jets and mist are thinner
 AFTERMATH_FRAMES = (2.0, 10.0)  # what is seen there later is another thing
@@ -81,6 +81,7 @@ def find_seal(tracks: Sequence[NeckTrack], scene: Scene) -> Seal:
     the last frames or the cavity is still open in them, else ``no_neck``.
     """
     fits = [_close(track, scene) for track in tracks]
+    fits = [_seen_closed(track, fit, scene) for track, fit in zip(tracks, fits, strict=True)]
     closed = [(fit.t_s, i) for i, fit in enumerate(fits) if fit.status == "ok"]
     left = _detachment(scene)
     if not closed and not np.isfinite(left.t_s):
@@ -134,6 +135,26 @@ def _close(track: NeckTrack, scene: Scene) -> ClosureFit:
     return fit if seen_to_close else replace(fit, t_s=float("nan"), t_unc_s=float("nan"), status="poor_fit")
 
 
+def _seen_closed(track: NeckTrack, fit: ClosureFit, scene: Scene) -> ClosureFit:
+    """The closure of a neck that stays closed, between its last open and first closed frame where no law tells more.
+
+    Anywhere between the two is as likely; a law that leads far behind them is refuted.
+    """
+    shut = track.radius_px < CLOSEST_RADIUS_PX
+    opened = np.flatnonzero(~shut)
+    if opened.size < FEWEST_SAMPLES or track.frame.size - opened[-1] - 1 < FEWEST_SHUT:
+        return fit
+    last = opened[-1]
+    lasting = bool(shut[last + 1 :].all()) and track.frame[last + 1] - track.frame[last] <= LONGEST_LEAP_FRAMES
+    if not lasting or track.radius_px[last] > ALMOST_CLOSED * scene.radius_px:
+        return fit
+    start, end = scene.time_s[track.frame[last]], scene.time_s[track.frame[last + 1]]
+    if fit.status == "ok" and fit.t_s < end + SURE * fit.t_unc_s + 0.5 * scene.exposure_s:
+        return fit
+    unc = float(end - start + scene.exposure_s) / np.sqrt(12.0)
+    return replace(fit, t_s=float(0.5 * (start + end)), t_unc_s=unc, samples=int(opened.size), status="ok")
+
+
 def _without_leap(track: NeckTrack) -> NeckTrack:
     """The neck up to where its row leaps and its radius with it: what is followed then, at a cusp, is another place.
 
@@ -159,7 +180,7 @@ def _at_depth(track: NeckTrack, fit: ClosureFit, scene: Scene) -> Seal:
 def _row_at(track: NeckTrack, t_s: float, times: Floats) -> tuple[float, float]:
     """Row of the neck when it closes: a straight line through its last twelve rows before, and its uncertainty."""
     time = times[track.frame]
-    before = time < t_s
+    before = (time < t_s) & (track.radius_px > 0.0)
     time, rows = time[before][-12:] - t_s, track.y_px[before][-12:]
     if rows.size < 4:
         return float(rows[-1]) if rows.size else float("nan"), float("nan")
@@ -178,7 +199,7 @@ def _interpolate(t_s: float, times: Floats, values: Floats) -> float:
 def _not_seen(tracks: Sequence[NeckTrack], fits: Sequence[ClosureFit], scene: Scene) -> Seal:
     last = scene.last_frame
     open_at_end = any(
-        track.frame[-1] >= last - 3 and fit.status in {"clip_ended", "too_few"}
+        track.frame[-1] >= last - 3 and track.radius_px[-1] > 0.0 and fit.status in {"clip_ended", "too_few"}
         for track, fit in zip(tracks, fits, strict=True)
     )
     refused = any(fit.status == "poor_fit" for fit in fits)

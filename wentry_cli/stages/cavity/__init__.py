@@ -124,8 +124,9 @@ def _neck_columns(tracks: Sequence[NeckTrack], seal: Seal, view: SideView) -> di
     number = 0
     for track in tracks:
         tops = np.array([view.spheres[frame].top_y_px for frame in track.frame])  # type: ignore[union-attr]
-        closed = seal.t_s if seal.status == "ok" else np.inf
-        kept = (view.t_s[track.frame] < closed) & (track.y_px < tops)
+        kept = track.y_px < tops
+        if seal.status == "ok":
+            kept &= (view.t_s[track.frame] < seal.t_s) & (track.radius_px > 0.0)
         if kept.sum() < 3:
             continue
         number += 1
