@@ -23,6 +23,7 @@ from wentry_cli.tracking.wet_radius import constrain, pool_sightings
 PILOT_FRAMES = 24
 HIDDEN_RADII = 12.0
 DEFORMED, LEAST_DEFORMED = 0.03, 3
+FEWEST_FALLING, LEAST_GAIN = 5, 0.005  # frames in air, and share of the speed gained in one, that count as a fall
 BRIGHTER = 0.15  # of the ground: more is not the sphere that fell
 BRIGHTER_FAINT = 0.5  # of its contrast, where that is little
 
@@ -46,6 +47,7 @@ class WetTracker:
         self.mirror = mirror
         self.good = [(item.frame, item.fit) for item in dry if item.ok and item.fit is not None]
         self.speed = self._speed()
+        self.gain = self._gain()
         self.check = NO_CHECK
         inside = [item.inside for item in dry if item.ok]
         self.darkness = float(np.median(inside)) if inside else math.nan
@@ -91,6 +93,15 @@ class WetTracker:
         (first, start), (last, end) = self.good[0], self.good[-1]
         return (end.bottom_y_px - start.bottom_y_px) / (last - first)
 
+    def _gain(self) -> float:
+        """Of the bottom's speed in air, px per frame squared; 0 where gravity is of no account, as in fast entries."""
+        if len(self.good) < FEWEST_FALLING:
+            return 0.0
+        frame = np.array([at for at, _ in self.good], np.float64)
+        bottom = np.array([fit.bottom_y_px for _, fit in self.good])
+        gain = 2.0 * float(np.polyfit(frame - frame[-1], bottom, 2)[0])
+        return gain if gain > LEAST_GAIN * self.speed > 0.0 else 0.0
+
     def _follow(self, path: Path, order: range, watch: Watch) -> list[Sighting]:
         seen = follow(self.frames, self.ground, path, order, self.plan, watch)
         return [replace(item, wet=True) for item in seen]
@@ -107,7 +118,8 @@ class WetTracker:
         ):
             return False
         frame, last = self.good[-1]
-        falls = self.speed * (sighting.frame - frame)
+        since, watched = sighting.frame - frame, frame - self.good[0][0]
+        falls = (self.speed + 0.5 * self.gain * watched) * since + 0.5 * self.gain * since**2
         return sighting.fit.bottom_y_px < last.bottom_y_px + 1.1 * falls + 3.0
 
     def _radius(self, seen: list[Sighting]) -> PooledRadius:

@@ -1,0 +1,50 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+from tests.tracking.clips import SHAPE, clip, ground_of
+from wentry_cli.contours.departure import Shape
+from wentry_cli.contours.ellipse import EllipseShape
+from wentry_cli.synthetic.still import StillBody
+from wentry_cli.tracking.flight import air_plan
+from wentry_cli.tracking.follow import follow
+from wentry_cli.tracking.mirror import NO_MIRROR
+from wentry_cli.tracking.prediction import Path
+from wentry_cli.tracking.wet_plan import SideScene
+from wentry_cli.tracking.wet_track import WetTracker
+
+RADIUS, DRY, SPEED = 15.0, 10, 1.5
+
+
+def depth(frame: int, gain: float) -> float:
+    return 30.0 + SPEED * frame + 0.5 * gain * frame**2
+
+
+def tracker(gain: float) -> WetTracker:
+    frames = clip(lambda k: StillBody(80.0, depth(k, gain), RADIUS), DRY)
+    ground = ground_of(clip(lambda k: StillBody(80.0, 30.0 + 14.0 * k, RADIUS), DRY))
+    path = Path(RADIUS)
+    for k in (0, 1):
+        path.add(k, EllipseShape(80.0, depth(k, gain), RADIUS))
+    dry = follow(frames, ground, path, range(DRY), air_plan(SHAPE))
+    assert all(item.ok for item in dry)
+    return WetTracker(frames, ground, SideScene(150.0), dry, shape=Shape(), mirror=NO_MIRROR)
+
+
+def believed(found: WetTracker, frame: int, bottom_px: float) -> bool:
+    last = found.dry[-1]
+    assert last.fit is not None
+    return found._believable(replace(last, frame=frame, fit=replace(last.fit, bottom_y_px=bottom_px)))
+
+
+def test_gravity_goes_on_speeding_up_a_slow_fall() -> None:
+    slow = tracker(0.1)
+    assert believed(slow, 40, depth(40, 0.1) + RADIUS)
+    assert not believed(slow, 40, depth(40, 0.1) + RADIUS + 30.0)
+
+
+def test_a_fall_that_gains_no_speed_is_bounded_by_its_speed() -> None:
+    fast = tracker(0.0)
+    assert fast.gain == 0.0
+    assert believed(fast, 40, depth(40, 0.0) + RADIUS)
+    assert not believed(fast, 40, depth(40, 0.0) + RADIUS + 12.0)
