@@ -16,7 +16,7 @@ from fixture_campaign import CAMPAIGN, Made, configured, film, write_campaign
 
 from wentry_cli.report.campaign import read_campaign
 from wentry_cli.report.page import Content
-from wentry_cli.report.print_text import text_pages
+from wentry_cli.report.print_text import closing_lines
 from wentry_cli.stages.report import run
 
 VOID = {"meta", "img", "br", "hr", "link", "input"}
@@ -165,7 +165,7 @@ def test_what_the_stages_warned_of_is_shown(tmp_path: Path) -> None:
     page = read_page(results).text
     assert sentence in page[page.index("Warnings") :]
     content = Content(read_campaign(results, [drop.name]), [], [], [])
-    printed = [text.get_text() for sheet in text_pages(content) for text in sheet.texts]
+    printed = [text for line in closing_lines(content) for _, text in line.cells]
     assert sentence in printed[printed.index("Warnings") :]
 
 

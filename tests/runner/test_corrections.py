@@ -48,7 +48,7 @@ STAGE = {stage.name: stage for stage in STAGES}
         ),
         ("events:\n- {event: impact, time_s: 0}\n- {event: impact, time_s: 0}\n", "events.1: impact stands twice"),
         ("events:\n- {event: impact, time_s: 0, index: 2}\n", "index has no meaning for impact"),
-        ("events:\n- {event: pinch_off, t_s: -3}\n", "2:22: error: events.0.t_s: must be at least 0, not -3"),
+        ("events:\n- {event: pinch_off, t_s: -3}\n", "2:22: error: events.0.t_s: must be at least 0 s, not -3"),
         ("events:\n- {event: pinch_off, t_s: 0.1, y_m: 0.1, value: deep_seal}\n", "y_m is negative, not 0.1"),
         ("event: []\n", "unknown key; did you mean events?"),
     ],

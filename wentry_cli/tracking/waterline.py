@@ -96,7 +96,7 @@ def _change(item: Sighting, whole: Sequence[Sighting]) -> str:
         assert last.fit is not None
         expected = last.fit.bottom_y_px + _fall(whole) * (item.frame - last.frame)
         allowed = HELD_BACK * item.fit.radius_px + ANY_PACE * abs(expected - last.fit.bottom_y_px)
-        if abs(item.fit.bottom_y_px - expected) > allowed:
+        if expected - item.fit.bottom_y_px > allowed:  # ahead is where a recording lost frames
             return "shape"
     return "hidden" if item.fit.gated_fraction > HIDDEN else ""
 
