@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from wentry_cli.kinematics.extremum import Extremum
+from wentry_cli.kinematics.hidden_peaks import unseen_peaks
 from wentry_cli.kinematics.oscillation import Oscillation, find_oscillation
 
 T = (np.arange(340) - 40.2) / 2000.0
@@ -225,3 +227,21 @@ def test_a_first_peak_in_a_wide_gap_has_not_been_seen() -> None:
     assert np.isnan(found.periods[0].peak.stretch)
     assert found.periods[0].status == "not_identified"
     assert found.periods[1].peak.time_s == pytest.approx(whole.periods[1].peak.time_s, abs=3e-4)
+
+
+def test_a_lone_peak_behind_a_gap_has_no_number() -> None:
+    """Of a stiff sphere whose first peaks the splash hid one low peak is left: it may be the second or the third."""
+    t = np.arange(140) / 2000.0
+    clean = 1.0 + 0.05 * np.exp(-140.0 * t) * np.sin(2 * np.pi * t / 0.015)
+    seen = clean + 1e-4 * np.random.default_rng(5).normal(size=t.size)
+    seen[(t > 0.003) & (t < 0.031)] = np.nan
+    found = find_oscillation(t, seen, np.full(t.size, 2e-4))
+    assert all(np.isnan(p.peak.stretch) or p.peak.time_s < 0.01 for p in found.periods)
+
+
+def test_a_peak_that_is_seen_but_not_clear_does_not_number_those_hidden_before_it() -> None:
+    """A valley and a peak are clear; of the two peaks before them one was hidden, the other seen but too low."""
+    valley, peak = Extremum(0.0295, 1e-4, 0.9965, 1e-4, False), Extremum(0.0374, 1e-4, 1.0015, 1e-4, True)
+    seen = np.arange(0.0, 0.06, 5e-4)
+    assert unseen_peaks((valley, peak), seen, False) == 0
+    assert unseen_peaks((valley, peak), seen[(seen < 0.004) | (seen > 0.019)], False) == 2

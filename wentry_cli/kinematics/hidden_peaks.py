@@ -47,6 +47,14 @@ def first_peak_in_gap(extrema: tuple[Extremum, ...], measured_s: Array) -> bool:
     return bool(gap > WIDE_GAP * half)
 
 
+def alone_behind_gap(extrema: tuple[Extremum, ...], measured_s: Array) -> bool:
+    """Whether the only extremum comes after a gap in which others may have been: nobody knows its number."""
+    if len(extrema) != 1:
+        return False
+    before = np.concatenate([[0.0], measured_s[measured_s <= extrema[0].time_s]])
+    return bool(np.max(np.diff(before), initial=0.0) > WIDE_GAP * FIRST_PEAK * extrema[0].time_s)
+
+
 def unseen_peaks(extrema: tuple[Extremum, ...], measured_s: Array, certain: bool) -> int:
     """How many peaks lie before the first extremum, in frames that were not measured; at least one if ``certain``."""
     if len(extrema) < 2:
@@ -58,4 +66,6 @@ def unseen_peaks(extrema: tuple[Extremum, ...], measured_s: Array, certain: bool
     count = round(phase - FIRST_PEAK) if first.peak else round(phase - FIRST_VALLEY) + 1
     off = (measured_s - first.time_s) / period + (1.0 if first.peak else 0.5)  # from the last peak before it
     seen = np.any((off > -BESIDE) & (off < 0.0)) and np.any((off > 0.0) & (off < BESIDE))
-    return max(count, 1) if certain else 0 if seen else max(count, 0)
+    before = np.concatenate([[0.0], measured_s[measured_s <= first.time_s]])
+    whole = np.max(np.diff(before), initial=0.0) < WIDE_GAP * 0.5 * period  # else others may be hidden before that one
+    return max(count, 1) if certain else 0 if seen and whole else max(count, 0)

@@ -22,7 +22,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.kinematics.extremum import NO_TIME, UNSEEN, Extremum, ends, swing
-from wentry_cli.kinematics.hidden_peaks import first_peak_in_gap, starts_high, starts_on_peak, unseen_peaks
+from wentry_cli.kinematics.hidden_peaks import (
+    alone_behind_gap,
+    first_peak_in_gap,
+    starts_high,
+    starts_on_peak,
+    unseen_peaks,
+)
 from wentry_cli.kinematics.interpolation import beside_gap
 from wentry_cli.kinematics.outliers import scattering, unseen_part
 from wentry_cli.kinematics.smoother import SmoothTrack, smooth_track
@@ -92,6 +98,8 @@ def find_oscillation(
         return Oscillation((), (), None, "too_few")
     extrema = _significant(_extrema(track), minimum_swing)
     if len(extrema) == 1 and all(swing(extrema[0], end, minimum_swing) < 1.0 for end in ends(track)):
+        extrema = ()
+    if alone_behind_gap(extrema, times[after]):
         extrema = ()
     hidden = starts_on_peak(extrema, track) or first_peak_in_gap(extrema, times[after])
     extrema = extrema[1:] if hidden else extrema
