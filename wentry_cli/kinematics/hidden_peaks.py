@@ -51,8 +51,13 @@ def alone_behind_gap(extrema: tuple[Extremum, ...], measured_s: Array) -> bool:
     """Whether the only extremum comes after a gap in which others may have been: nobody knows its number."""
     if len(extrema) != 1:
         return False
-    before = np.concatenate([[0.0], measured_s[measured_s <= extrema[0].time_s]])
-    return bool(np.max(np.diff(before), initial=0.0) > WIDE_GAP * FIRST_PEAK * extrema[0].time_s)
+    when = extrema[0].time_s
+    return _widest_gap(measured_s, when) > WIDE_GAP * FIRST_PEAK * when
+
+
+def _widest_gap(measured_s: Array, until_s: float) -> float:
+    """The longest time without a measured frame between impact and ``until_s``."""
+    return float(np.max(np.diff(measured_s[measured_s <= until_s], prepend=0.0), initial=0.0))
 
 
 def unseen_peaks(extrema: tuple[Extremum, ...], measured_s: Array, certain: bool) -> int:
@@ -66,6 +71,5 @@ def unseen_peaks(extrema: tuple[Extremum, ...], measured_s: Array, certain: bool
     count = round(phase - FIRST_PEAK) if first.peak else round(phase - FIRST_VALLEY) + 1
     off = (measured_s - first.time_s) / period + (1.0 if first.peak else 0.5)  # from the last peak before it
     seen = np.any((off > -BESIDE) & (off < 0.0)) and np.any((off > 0.0) & (off < BESIDE))
-    before = np.concatenate([[0.0], measured_s[measured_s <= first.time_s]])
-    whole = np.max(np.diff(before), initial=0.0) < WIDE_GAP * 0.5 * period  # else others may be hidden before that one
+    whole = _widest_gap(measured_s, first.time_s) < WIDE_GAP * 0.5 * period  # else others may be hidden before that one
     return max(count, 1) if certain else 0 if seen and whole else max(count, 0)
