@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,7 @@ Ints = NDArray[np.int32]
 SURFACE_ROWS = 12  # where the surface band may reach, and a cavity that has left it is still followed
 RIM_PX = 3  # a row that is dark up to the rim of the patch belongs to the surface band
 FAINTEST = 0.25  # of the contrast: what is darker than that belongs to a wall, however thin
+SAMPLE = 6000  # pixels that tell the levels
 DARKEST_USEFUL = 0.75  # a wall brighter than this is no wall
 
 
@@ -115,14 +117,15 @@ def empty_profile(status: str) -> CavityProfile:
 
 @compiled
 def _levels(values: NDArray[np.float32]) -> tuple[float, float]:
-    """Return the level of the ground (its upper half) and of the dark walls."""
-    rows, columns = (values.shape[0] + 3) // 4, (values.shape[1] + 3) // 4
+    """Return the level of the ground (its upper half) and of the dark walls, from some thousands of pixels."""
+    apart = max(4, int(math.sqrt(values.size / SAMPLE)))
+    rows, columns = (values.shape[0] + apart - 1) // apart, (values.shape[1] + apart - 1) // apart
     sample = np.empty(rows * columns)
     seen, bright = 0, 0
     for row in range(rows):
-        line = values[4 * row, :]
+        line = values[apart * row, :]
         for column in range(columns):
-            value = line[4 * column]
+            value = line[apart * column]
             seen += 1 if np.isfinite(value) else 0
             if value > 0.7:
                 sample[bright] = value
@@ -132,9 +135,9 @@ def _levels(values: NDArray[np.float32]) -> tuple[float, float]:
     ground = linear_quantile(sample, bright, 0.5) if bright else 1.0
     count = 0
     for row in range(rows):
-        line = values[4 * row, :]
+        line = values[apart * row, :]
         for column in range(columns):
-            value = line[4 * column]
+            value = line[apart * column]
             if value < 0.6 * ground:
                 sample[count] = value
                 count += 1

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.cavity.crown import Rim, find_rim
-from wentry_cli.cavity.dome_over import DomeOver, disc_level, find_dome_over, find_rim_closure
+from wentry_cli.cavity.dome_over import STEADY, DomeOver, disc_level, find_dome_over, find_rim_closure
 from wentry_cli.errors import FrameUnreadableError
 from wentry_cli.imaging.background import Background
 from wentry_cli.stages.cavity.view import SideView
@@ -27,6 +27,7 @@ Floats = NDArray[np.float64]
 DOME_DISC = 0.5  # of the undeformed radius: within the sphere when it is slender
 DOME_FRAMES = 600
 CROWN_REACH, CROWN_FOOT_PX = 4.0, 6.0  # radii about the axis and above the surface; clear of the surface band
+COARSE, NARROW = 4, 0.6  # frames from one coarse look to the next; of the greatest width: it may have closed between
 RIM_FRAMES = 6  # on either side of the closure, from which its height is taken
 FEWEST_RIMS = 4
 
@@ -52,13 +53,32 @@ def find_dome(folder: Path, drop: Drop, clip: Clip, ground: Background, view: Si
         over, name = _from_above(folder, drop), "top"
         rims = _rims(clip, ground, view, _about(over.t_s, view.t_s, below))
     else:
-        rims = _rims(clip, ground, view, below[:DOME_FRAMES])
-        widths = np.array([rims[k].width_px if k in rims else np.nan for k in range(view.t_s.size)])
-        over, name = find_rim_closure(view.t_s, widths), "side"
+        rims = _rims(clip, ground, view, below[:DOME_FRAMES:COARSE])
+        rims |= _rims(clip, ground, view, _while_closing(rims, below[:DOME_FRAMES]))
+        over, name = find_rim_closure(view.t_s, _widths(rims, view.t_s.size)), "side"
     if over.status != "ok":
         return Dome(over, name, float("nan"), over.status)
     near = [(k, rims[k]) for k in _about(over.t_s, view.t_s, below) if k in rims]
     return Dome(over, name, *_height(near, view.t_s, over.t_s))
+
+
+def _widths(rims: dict[int, Rim], count: int) -> Floats:
+    return np.array([rims[k].width_px if k in rims else np.nan for k in range(count)])
+
+
+def _while_closing(rims: dict[int, Rim], frames: list[int]) -> list[int]:
+    """Those of ``frames`` not looked at yet in which the crown closes, if it may, by the rims of every few."""
+    width = _widths(rims, max(frames, default=-1) + 1)
+    seen = np.flatnonzero(np.isfinite(width))
+    if seen.size == 0:
+        return []
+    widest = int(np.nanargmax(width))
+    later = seen[seen >= widest]
+    least = width[later].min()
+    if least > NARROW * width[widest]:
+        return []
+    closed = int(later[width[later] <= 1.15 * least][0])
+    return [k for k in frames if widest - COARSE < k < closed + 2 * COARSE + STEADY and k not in rims]
 
 
 def _about(t_s: float, times_s: Floats, frames: list[int]) -> list[int]:
