@@ -16,7 +16,7 @@ from recording_bytes import cih, cihx, cine, grey, png, write_photron
 from wentry_cli.errors import ConfigurationError, InputError
 from wentry_cli.frames.description import count_duplicate_frames, describe
 from wentry_cli.frames.formats import FORMATS, open_recording
-from wentry_cli.frames.identity import recording_content, recording_identity
+from wentry_cli.frames.identity import recording_bytes, recording_content, recording_identity
 
 LEVELS = grey(6, 4, frames=3).astype(np.uint8)
 
@@ -79,17 +79,17 @@ def test_identity_follows_content_size_and_time(tmp_path: Path) -> None:
     first = recording_identity(path)
     assert first == recording_identity(mraw)
     assert first.startswith("sampled:")
-    full = recording_identity(path, verify=True)
+    full = recording_bytes(path)
     os.utime(mraw, ns=(1, 1))
     assert recording_identity(path) != first
-    assert recording_identity(path, verify=True) == full
+    assert recording_bytes(path) == full
     again = recording_identity(path)
     changed = bytearray(LEVELS.tobytes())
     changed[30] ^= 1
     mraw.write_bytes(changed)
     os.utime(mraw, ns=(1, 1))
     assert recording_identity(path) != again
-    assert recording_identity(path, verify=True) != full
+    assert recording_bytes(path) != full
 
 
 def test_identity_of_a_folder_sees_every_file(tmp_path: Path) -> None:

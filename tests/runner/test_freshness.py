@@ -53,8 +53,9 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         module.run = stand_in(stage, table)  # type: ignore[attr-defined]
         monkeypatch.setitem(sys.modules, f"wentry_cli.stages.{stage}", module)
     identity = types.ModuleType("identity")
-    identity.recording_identity = lambda path, verify=False: f"{path}{verify}"  # type: ignore[attr-defined]
+    identity.recording_identity = lambda path: f"sampled:{path}"  # type: ignore[attr-defined]
     identity.recording_content = lambda path: f"content:{path}"  # type: ignore[attr-defined]
+    identity.recording_bytes = lambda path: f"full:{path}"  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "wentry_cli.frames.identity", identity)
     plan_module.identity.cache_clear()
     return names
@@ -113,7 +114,7 @@ def test_a_recording_that_vanished_fails_its_drop_only(
 ) -> None:
     _run(results, drop)
 
-    def gone(path: Path, verify: bool = False) -> str:
+    def gone(path: Path) -> str:
         raise InputError(f"{path}: no such file")
 
     monkeypatch.setattr(sys.modules["wentry_cli.frames.identity"], "recording_identity", gone)
@@ -121,6 +122,27 @@ def test_a_recording_that_vanished_fails_its_drop_only(
     failure = run_drop(results, drop, TWO, Choice(), lambda event: None)
     assert failure is not None
     assert (failure.exit_code, failure.stage) == (4, "ingest")
+
+
+def test_what_was_verified_is_known_again_without(results: Path, drop: Drop, ran: list[str]) -> None:
+    _run(results, drop, Choice(verify=True))
+    assert {step.action for step in plan(results, drop, TWO, Choice())} == {"fresh"}
+    assert {step.action for step in plan(results, drop, TWO, Choice(verify=True))} == {"fresh"}
+
+
+def test_what_was_only_sampled_is_not_taken_for_verified(results: Path, drop: Drop, ran: list[str]) -> None:
+    _run(results, drop)
+    assert {step.action for step in plan(results, drop, TWO, Choice(verify=True))} == {"run"}
+
+
+def test_a_recording_of_other_bytes_is_not_the_verified_one(
+    results: Path, drop: Drop, ran: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _run(results, drop, Choice(verify=True))
+    monkeypatch.setattr(sys.modules["wentry_cli.frames.identity"], "recording_bytes", lambda path: "full:other")
+    plan_module.identity.cache_clear()
+    assert {step.action for step in plan(results, drop, TWO, Choice())} == {"fresh"}
+    assert {step.action for step in plan(results, drop, TWO, Choice(verify=True))} == {"run"}
 
 
 def test_a_file_in_the_place_of_the_drops_folder(results: Path, drop: Drop, ran: list[str]) -> None:

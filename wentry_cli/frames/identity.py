@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from pathlib import Path
 
 from wentry_cli.errors import InputError
@@ -26,30 +27,22 @@ def recording_files(path: Path) -> list[Path]:
     return [path]
 
 
-def recording_identity(path: Path, *, verify: bool = False) -> str:
-    """Return a word that changes when the recording changes.
+def recording_identity(path: Path) -> str:
+    """Return a word that changes when the recording changes, at little cost.
 
-    By default it is a hash of the names, sizes and times of change of its files and of sampled blocks of them: of a
-    long series of images those of the first, the middle and the last. With ``verify`` it is a hash of every byte and
-    of no time: equal for a copy. Raises InputError where a file cannot be read.
+    It is a hash of the names, sizes and times of change of its files and of sampled blocks of them: of a long series
+    of images those of the first, the middle and the last. Raises InputError where a file cannot be read.
     """
-    digest = hashlib.sha256()
     files = recording_files(Path(path))
     sampled = set(files) if len(files) <= 2 else {files[0], files[len(files) // 2], files[-1]}
-    for file in files:
-        try:
-            status = file.stat()
-            digest.update(f"{file.name}\0{status.st_size}\0".encode("utf-8", "surrogateescape"))
-            if verify:
-                with file.open("rb") as stream:
-                    digest.update(hashlib.file_digest(stream, "sha256").digest())
-            else:
-                digest.update(f"{status.st_mtime_ns}\0".encode())
-                if file in sampled:
-                    _hash_samples(digest, file, status.st_size)
-        except OSError as error:
-            raise InputError(f"{file}: cannot be read ({error.strerror}); check the source") from error
-    return f"{'full' if verify else 'sampled'}:{digest.hexdigest()}"
+
+    def look(digest: hashlib._Hash, file: Path) -> None:
+        status = file.stat()
+        digest.update(f"{status.st_mtime_ns}\0".encode())
+        if file in sampled:
+            _hash_samples(digest, file, status.st_size)
+
+    return f"sampled:{_digest(files, look)}"
 
 
 def recording_content(path: Path) -> str:
@@ -57,15 +50,30 @@ def recording_content(path: Path) -> str:
 
     Raises InputError where a file cannot be read.
     """
+    word = _digest(recording_files(Path(path)), lambda digest, file: _hash_samples(digest, file, file.stat().st_size))
+    return f"content:{word[:32]}"
+
+
+def recording_bytes(path: Path) -> str:
+    """Return a hash of names, sizes and every byte of a recording; raises InputError where a file cannot be read."""
+
+    def look(digest: hashlib._Hash, file: Path) -> None:
+        with file.open("rb") as stream:
+            digest.update(hashlib.file_digest(stream, "sha256").digest())
+
+    return f"full:{_digest(recording_files(Path(path)), look)}"
+
+
+def _digest(files: list[Path], look: Callable[[hashlib._Hash, Path], None]) -> str:
+    """Hash of the names and sizes of ``files`` and of what ``look`` adds of each."""
     digest = hashlib.sha256()
-    for file in recording_files(Path(path)):
+    for file in files:
         try:
-            size = file.stat().st_size
-            digest.update(f"{file.name}\0{size}\0".encode("utf-8", "surrogateescape"))
-            _hash_samples(digest, file, size)
+            digest.update(f"{file.name}\0{file.stat().st_size}\0".encode("utf-8", "surrogateescape"))
+            look(digest, file)
         except OSError as error:
             raise InputError(f"{file}: cannot be read ({error.strerror}); check the source") from error
-    return f"content:{digest.hexdigest()[:32]}"
+    return digest.hexdigest()
 
 
 def _hash_samples(digest: hashlib._Hash, file: Path, size: int) -> None:

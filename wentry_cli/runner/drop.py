@@ -84,7 +84,7 @@ def _run_steps(
         running[0] = stage.name
         if step.action == "run":
             report(Event(drop.name, stage.name, "start", step.reason))
-            seconds = _run_stage(folder, as_read_by(stage, drop, results), stage, report)
+            seconds = _run_stage(folder, as_read_by(stage, drop, results), stage, choice.verify, report)
             report(Event(drop.name, stage.name, "done", f"{seconds:.1f} s"))
             continue
         if step.action == "not_needed":
@@ -125,10 +125,10 @@ def sweep(folder: Path) -> None:
         leftover.unlink(missing_ok=True)
 
 
-def _run_stage(folder: Path, drop: Drop, stage: Stage, report: Report) -> float:
+def _run_stage(folder: Path, drop: Drop, stage: Stage, verify: bool, report: Report) -> float:
     run = importlib.import_module(f"wentry_cli.stages.{stage.name}").run
     _forget(folder, stage)
-    marks = fingerprint(folder, drop, stage)
+    marks = fingerprint(folder, drop, stage, verify=verify)
     note_stage(folder, stage.name, {"error": INTERRUPTED})
     progress.listen(lambda done, total: report(Event(drop.name, stage.name, "tick", "", done, total)))
     started = time.perf_counter()

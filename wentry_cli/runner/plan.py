@@ -143,14 +143,17 @@ def identity(path: Path, verify: bool, before: str = "") -> str:
     """What identifies the recording at ``path``; ``before`` where it is the one that this stood for.
 
     That is told by names, sizes, times and a few samples; where these differ, by what all files hold, since a copy or
-    a touch changes the times alone. One look at a recording serves all stages of a run.
+    a touch changes the times alone. With ``verify`` every byte counts, and a run without it knows the recording again.
+    One look at a recording serves all stages of a run.
     """
-    from wentry_cli.frames.identity import recording_content, recording_identity
+    from wentry_cli.frames.identity import recording_bytes, recording_content, recording_identity
 
-    seen = recording_identity(path, verify=verify)
+    known = before.split()
     if verify:
-        return seen
-    if before.startswith(f"{seen} "):
+        whole = recording_bytes(path)
+        return before if whole in known else f"{recording_identity(path)} {recording_content(path)} {whole}"
+    seen = recording_identity(path)
+    if seen in known:
         return before
     content = recording_content(path)
-    return before if before.endswith(f" {content}") else f"{seen} {content}"
+    return before if content in known else f"{seen} {content}"
