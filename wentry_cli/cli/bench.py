@@ -12,14 +12,17 @@ CHAPTERS = (
     "contours", "separation", "pinch_off", "top_clips", "ball",
     "smoothers", "delta_u", "solvers", "extremes", "throughput",
 )  # fmt: skip
+OUTPUT = click.Path(file_okay=False, path_type=Path)  # said before an hour is spent
 
 
 @click.command(name="bench")
 @click.option("--chapter", "chapters", multiple=True, type=click.Choice(CHAPTERS), help="This chapter only.")
 @click.option("--quick", is_flag=True, help="Few items a case: a look, not a measurement.")
 @click.option("--seed", default=20170412, show_default=True, help="Seed of the test cases.")
-@click.option("-o", "--output", type=opt.FOLDER, help="Write accuracy.md and its figures into this folder.")
-@click.option("--ball", type=click.Path(path_type=Path), help="Recording of a falling ball (.cihx) for that chapter.")
+@click.option("-o", "--output", type=OUTPUT, help="Write accuracy.md and its figures into this folder.")
+@click.option(
+    "--ball", type=click.Path(exists=True, path_type=Path), help="Recording of a falling ball (.cihx) for that chapter."
+)
 @opt.as_json
 def command(
     chapters: tuple[str, ...], quick: bool, seed: int, output: Path | None, ball: Path | None, as_json: bool

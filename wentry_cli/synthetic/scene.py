@@ -146,7 +146,7 @@ class Clip(Part):
 class Scene(Part):
     """One drop."""
 
-    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_.-]+$")]
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$")]
     kind: Literal["water_entry", "surface_impact", "free_flight"] = "water_entry"
     condition: str | None = None
     seed: int
