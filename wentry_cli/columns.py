@@ -94,8 +94,8 @@ stretch_side | 1 | float | λ of the side view
 
 # periods | stretch | N
 period | 1 | int | N, from 1
-t_start_s | s | float | upward crossing that begins the period (the first: impact)
-t_end_s | s | float ± | upward crossing that ends it
+t_start_s | s | float | upward crossing of the mean about which λ swings, that begins the period (the first: impact)
+t_end_s | s | float ± | upward crossing of the mean that ends it; its uncertainty holds that the mean may be 1
 t_peak_s | s | float | time of the greatest λ
 t_valley_s | s | float | time of the smallest λ
 peak_to_peak_s | s | float ± | from this peak to the next

@@ -24,7 +24,7 @@ T = TypeVar("T")
 
 PACKAGE = Path(__file__).resolve().parent
 KERNELS = "__pycache__/kernels-{room}-{digest}"  # below the package
-FIRST_RUN = "first run: the numerics are compiled now, once, which takes a minute or two"
+FIRST_RUN = "first run: the numerics are compiled now, once, which takes some minutes"
 KEPT_S = 86_400.0  # another process may still use yesterday's kernels
 _IMPORT = re.compile(r"wentry_cli\.(\w+)")
 

@@ -228,8 +228,8 @@ def _end(
         i = int(rising[0])
         time = float(times[i] - above[i] * (times[i + 1] - times[i]) / (above[i + 1] - above[i]))
         state = track.evaluate(time)
-        # which mean is meant is uncertain itself: anywhere between 1 and the one used
-        spread = np.hypot(state.position_unc[0], (state.position[0] - 1.0) / np.sqrt(3.0))
+        # which mean is meant is uncertain itself: 1, the stretch of no force, is as good as the one used
+        spread = np.hypot(state.position_unc[0], state.position[0] - 1.0)
         return time, float(spread / abs(state.velocity[0])), "ok"
     if following is None:
         return NO_TIME, NO_TIME, "clip_ended"
