@@ -216,3 +216,11 @@ def test_doctor_finds_this_installation_sound() -> None:
     done = wentry("doctor", "--json")
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["problems"] == []
+
+
+def test_bench_says_before_it_measures_where_it_cannot_write(tmp_path: Path) -> None:
+    (tmp_path / "page").touch()
+    done = wentry("bench", "-o", "page", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "'page' is a file" in done.stderr
+    assert "nowhere.cihx" in wentry("bench", "--ball", "nowhere.cihx", cwd=tmp_path).stderr
