@@ -1,0 +1,61 @@
+"""The noise of the pixels about each sector's own level, and which sectors do not look like an edge."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from wentry_cli.contours.likelihood import STATE, SUMS, accumulate
+from wentry_cli.contours.nuisances import noise_levels
+from wentry_cli.contours.sectors import GRADIENT, INSIDE, INV_S, OUTSIDE, VERDICT, WEIGHT, judge
+
+SECTORS, PIXELS, NOISE = 60, 24, 0.01
+DARK, BRIGHT = 0.1, 1.0
+
+
+def sums_of(rng: np.random.Generator, *, off: np.ndarray, extra: np.ndarray, noise: float = NOISE) -> np.ndarray:
+    """Sums over an error-function edge whose inner level is wrong by ``off`` and noise larger by ``extra``."""
+    from scipy.special import ndtr
+
+    distance = np.tile(np.linspace(-5.0, 5.0, PIXELS), SECTORS)
+    step = ndtr(distance / 1.1)
+    sector = np.repeat(np.arange(SECTORS), PIXELS)
+    levels = DARK + (BRIGHT - DARK) * step + off[sector] * (1.0 - step)
+    levels += noise * extra[sector] * rng.normal(size=levels.size)
+    state = np.zeros((SECTORS, STATE))
+    state[:, INV_S], state[:, INSIDE], state[:, OUTSIDE], state[:, GRADIENT] = 1.0 / 1.1, DARK, BRIGHT, 0.0
+    sums = np.zeros((SECTORS, SUMS))
+    starts = np.arange(0, SECTORS * PIXELS + 1, PIXELS)
+    accumulate(np.stack([distance, levels]), starts, state, np.full(2, noise**2), np.inf, sums)
+    return sums
+
+
+def test_noise_is_that_of_the_pixels_not_of_a_level_that_is_not_right_yet() -> None:
+    rng = np.random.default_rng(3)
+    verdict, noise = np.zeros((SECTORS, VERDICT)), np.full(2, 1.0)
+    verdict[:, WEIGHT] = 1.0
+    noise_levels(sums_of(rng, off=np.full(SECTORS, 0.05), extra=np.ones(SECTORS)), verdict, noise)
+    assert np.sqrt(noise) == pytest.approx([NOISE, NOISE], rel=0.2)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_sector_is_left_out_by_how_unlikely_its_pixels_are(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    extra = np.ones(SECTORS)
+    extra[[10, 40]] = 2.2  # chi square nearly five times the usual, sixteen standard deviations off
+    verdict = np.zeros((SECTORS, VERDICT))
+    spread = np.full(2, 1e-6)
+    judge(sums_of(rng, off=np.zeros(SECTORS), extra=extra), spread, 60.0, False, True, verdict)
+    assert (verdict[[10, 40], WEIGHT] == 0.0).all()
+    honest = np.delete(verdict[:, WEIGHT], [9, 10, 11, 39, 40, 41])
+    assert np.mean(honest > 0.9) > 0.95
+    assert (verdict[[9, 11, 39, 41], WEIGHT] <= 0.5).all()
+
+
+def test_more_noise_everywhere_leaves_no_sector_out() -> None:
+    rng = np.random.default_rng(4)
+    verdict = np.zeros((SECTORS, VERDICT))
+    judge(
+        sums_of(rng, off=np.zeros(SECTORS), extra=np.full(SECTORS, 2.2)), np.full(2, 1e-6), 60.0, False, True, verdict
+    )
+    assert np.mean(verdict[:, WEIGHT] > 0.9) > 0.95
