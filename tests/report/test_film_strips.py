@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from fixture_campaign import Made, configured, film, write_campaign
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from wentry_cli.report.campaign import read_campaign
 from wentry_cli.report.film_strips import _draw_strip
 from wentry_cli.report.moments import Moment
-from wentry_cli.report.strip_frames import Shot
+from wentry_cli.report.strip_frames import Shot, _region
+from wentry_cli.stages.ingest import open_view
 
 SIZE = 100
 SURFACE = 45.0
@@ -36,16 +42,45 @@ def _yellow_rows(t_s: float, surface: float) -> NDArray[np.float64]:
     return np.array(rows)
 
 
-@pytest.mark.parametrize("dark_side", ["right", "left"])
-def test_the_scale_bar_stands_out_from_the_ground_below_it(dark_side: str) -> None:
-    picture = np.full((SIZE, SIZE), 255, np.uint8)
-    picture[:, slice(SIZE // 2, None) if dark_side == "right" else slice(0, SIZE // 2)] = 0
+@pytest.mark.parametrize("level", [0, 128, 255, "mixed"])
+def test_the_scale_bar_stands_out_from_any_ground(level: int | str) -> None:
+    picture = np.full((SIZE, SIZE), 255 if level == "mixed" else level, np.uint8)
+    if level == "mixed":  # half of the bar over black
+        picture[:, 78:] = 0
     figure = Figure(figsize=(4.0, 4.0), dpi=100)
+    canvas = FigureCanvasAgg(figure)
     shot = Shot(picture, {"t_s": 0.0, "status": "gap"}, Moment(0.0, ""))
     _draw_strip(figure, [shot], (0, 0, SIZE, SIZE), "side", 1000.0, math.nan)
-    (bar,) = figure.axes[0].patches
-    assert bar.get_window_extent().width > 20.0
-    assert bar.get_facecolor()[:3] == ((1.0,) * 3 if dark_side == "right" else (0.0,) * 3)
+    canvas.draw()
+    levels = np.asarray(canvas.buffer_rgba())[:, :, 0].astype(float)
+    bar = figure.axes[0].patches[-1].get_window_extent()
+    assert bar.width > 20.0
+    rows = slice(round(levels.shape[0] - bar.y1) - 3, round(levels.shape[0] - bar.y0) + 3)
+    across = levels[rows, round(bar.x0) + 2 : round(bar.x1) - 2]
+    assert np.ptp(across, axis=0).min() > 100.0  # along all of its length
+
+
+def test_the_region_of_a_strip_holds_every_outline_that_is_drawn(tmp_path: Path) -> None:
+    """A sphere that is wide in a few frames only is whole in them."""
+    made = Made("soft")
+    (drop,) = read_campaign(tmp_path, write_campaign(tmp_path, (made,))).drops
+    film(tmp_path / "videos", made, 36)
+    top = drop.table("top").copy()
+    wide = top.index[10]
+    radius = float(top["radius_px"].median())
+    top.loc[wide, ["radius_px", "status"]] = [1.7 * radius, "ok"]
+    drops = configured(tmp_path / "videos", (made,))
+    recording = open_view(drops[0], "top").recording
+    shown: dict[str, Any] = {str(key): value for key, value in top.loc[wide].items()}
+    drop = replace(drop, tables={**drop.tables, "top": top})
+    left, upper, right, lower = _region(drop, "top", recording, [shown])
+    x, y, size = shown["center_x_px"], shown["center_y_px"], shown["radius_px"]
+    info = recording.info
+    assert left <= max(x - 1.1 * size, 0) + 1
+    assert upper <= max(y - 1.1 * size, 0) + 1
+    assert right >= min(x + 1.1 * size, info.width) - 1
+    assert lower >= min(y + 1.1 * size, info.height) - 1
+    recording.close()
 
 
 def test_the_ellipse_of_a_sphere_in_water_ends_at_the_surface() -> None:

@@ -14,6 +14,7 @@ from fixture_campaign import CAMPAIGN, Made, write_campaign
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from wentry_cli.mechanics.compression import compression_force
 from wentry_cli.report.campaign import Campaign, read_campaign
 from wentry_cli.report.curves import conditions, mean_and_spread, mean_curve
 from wentry_cli.report.drawing import draw_panel, styled
@@ -22,14 +23,14 @@ from wentry_cli.report.flight_motion import flight_velocity
 from wentry_cli.report.force_panels import force_coefficients
 from wentry_cli.report.moments import Moment, telling_moments
 from wentry_cli.report.names import file_stem
-from wentry_cli.report.numbers import or_reason, with_uncertainty
+from wentry_cli.report.numbers import fixed, or_reason, with_uncertainty
 from wentry_cli.report.page import page_title
 from wentry_cli.report.panel import NotDrawn, Panel, merged
 from wentry_cli.report.panels import campaign_panels, drop_panels
 from wentry_cli.report.pinch_off_panels import _numbers
 from wentry_cli.report.strip_frames import _chosen_rows
 from wentry_cli.report.style import GREEN, VERMILION, plain, stiffness_shade
-from wentry_cli.report.tabulation import drop_table
+from wentry_cli.report.tabulation import drop_table, flight_table, regression_table
 from wentry_cli.report.theory import added_mass_prefactor, published_pinch_off_band, ring_model_pinch_off
 from wentry_cli.report.velocity_panels import speed_groups, with_gaps
 from wentry_cli.report.words import MEANINGS
@@ -174,6 +175,24 @@ def test_compression_is_drawn_over_the_diameter_with_its_modulus(campaign: Campa
     assert "5.507 ± 0.032 kPa" in ax.get_legend().get_texts()[1].get_text()
 
 
+def test_the_curve_of_a_compression_test_has_no_corners(campaign: Campaign) -> None:
+    """Of six points the curve between them is drawn too: the same as of many."""
+    zero, size, g_inf = -0.0005, 0.05, 6000.0
+    curves = []
+    for count in (6, 60):
+        d = np.linspace(0.0, 0.01, count)
+        force = g_inf * size**2 * compression_force((d - zero) / size)
+        points = {"material": ["soft"] * count, "diameter_m": size, "displacement_m": d, "force_n": force,
+                  "force_model_n": force}  # fmt: skip
+        fitted = new_table("materials", {"material": ["soft"], "g_inf_pa": g_inf, "status": "ok"})
+        tested = replace(campaign, compression=new_table("compression", points), materials=fitted)
+        panel = next(panel for panel in campaign_panels(tested) if panel.key == "11")
+        assert isinstance(panel, Panel)
+        curves.append(np.asarray(_drawn(panel).axes[0].get_lines()[1].get_xydata()))
+    assert len(curves[0]) > 100
+    np.testing.assert_allclose(*curves, rtol=1e-6)
+
+
 def test_a_sheet_names_only_what_it_shows(campaign: Campaign) -> None:
     for drop, sheet in zip((d for d in campaign.drops if d.kind != "free_flight"), drop_sheets(campaign), strict=True):
         assert isinstance(sheet, Panel)
@@ -264,6 +283,21 @@ def test_the_axes_of_the_force_coefficient_end_where_its_values_do(campaign: Cam
     low, high = ax.get_ylim()
     assert -0.6 < low < 0.0
     assert 1.1 < high < 1.6
+
+
+def test_what_the_axis_of_the_force_coefficient_cuts_is_said(campaign: Campaign) -> None:
+    rigid = campaign.drops[0]
+    forces = rigid.table("forces").copy()
+    for spike in (0.0, 40.0):
+        forces.loc[3, "force_coefficient"] += spike
+        panel = force_coefficients(
+            replace(campaign, drops=(replace(rigid, tables={**rigid.tables, "forces": forces}),))
+        )
+        assert isinstance(panel, Panel)
+        top = _drawn(panel).axes[0].get_ylim()[1]
+        cut = float(panel.data["force_coefficient"].max())
+        assert (cut > top) == (f"reach up to C_F = {with_uncertainty(cut, digits=3)}" in panel.caption)
+    assert cut > top
 
 
 def test_fit_line_of_the_period_is_the_table_s_slope(panels: list[Panel]) -> None:
@@ -370,9 +404,10 @@ def test_the_speed_of_a_free_flight_names_the_scale(campaign: Campaign, panels: 
     assert speed.unc == pytest.approx(math.hypot(0.01, speed.scale))
     (panel,) = (p for p in panels if p.key == "free flight")
     assert f"{with_uncertainty(speed.value, speed.unc)} m/s (random 0.01, scale 0.0079)" in panel.caption
-    table = drop_table(campaign)
-    row = next(row for row in table.rows if row[0] == "ball")
-    assert row[table.header.index("v (m/s)")] == "-1.620 ± 0.013"
+    table = flight_table(campaign)
+    (row,) = table.rows
+    assert row[0] == "ball"
+    assert row[table.header.index("v (m/s)")] == "−1.620 ± 0.013"
 
 
 @pytest.mark.parametrize(
@@ -423,7 +458,8 @@ def test_softer_is_lighter_and_rigid_is_blue() -> None:
         (0.95, 0.0996, "0.95 ± 0.10"),
         (2.0, math.nan, "2"),
         (math.nan, 1.0, "–"),
-        (-0.5, 0.0, "-0.5"),
+        (-0.5, 0.0, "−0.5"),
+        (-2.3e-5, math.nan, "−2.3e−05"),
         (74690.0, math.nan, "74690"),
         (1.1854, 257.2, "1 ± 257"),
         (0.0005267, 0.0012, "0.0005 ± 0.0012"),
@@ -432,6 +468,20 @@ def test_softer_is_lighter_and_rigid_is_blue() -> None:
 )
 def test_numbers_are_written_as_far_as_they_are_known(value: float, unc: float, text: str) -> None:
     assert with_uncertainty(value, unc) == text
+
+
+def test_a_number_with_fixed_decimals_has_a_true_minus_unless_it_rounds_to_zero() -> None:
+    assert [fixed(value, 1) for value in (-0.4, -0.04, 0.04, 12.25)] == ["−0.4", "0.0", "0.0", "12.2"]
+
+
+def test_a_relation_without_a_slope_and_who_was_left_out_are_shown(campaign: Campaign) -> None:
+    few = {"relation": ["delta_u", "period_exp"], "x": "stiffness_ratio", "y": "delta_u_over_u0", "n": [2, 0],
+           "paper_value": -0.5, "left_out": ["a: sphere_seal", None], "status": "too_few"}  # fmt: skip
+    table = regression_table(replace(campaign, scaling=new_table("scaling", few)))
+    (row,) = table.rows  # nothing bears on the other
+    shown = dict(zip(table.header, row, strict=True))
+    wanted = {"relation": "loss of velocity", "slope": "–", "drops": "2", "paper": "−0.5", "left out": "a: sphere_seal"}
+    assert {name: shown[name] for name in wanted} == wanted
 
 
 def test_a_number_that_only_the_side_view_tells_says_that_there_is_none(campaign: Campaign) -> None:

@@ -19,7 +19,7 @@ from wentry_cli.report.page import Content
 from wentry_cli.report.print_text import closing_lines
 from wentry_cli.stages.report import run
 
-VOID = {"meta", "img", "br", "hr", "link", "input"}
+VOID = {"meta", "img", "br", "wbr", "hr", "link", "input"}
 
 
 class _Page(HTMLParser):
@@ -263,6 +263,47 @@ def test_a_table_wider_than_the_page_is_printed_in_parts_with_every_cell() -> No
     assert all(x < 0.925 for line in lines for x, _ in line.cells)
 
 
+def test_a_table_that_goes_on_on_another_page_has_its_header_again() -> None:
+    from wentry_cli.report.document import USED, Line, _onto_pages
+    from wentry_cli.report.print_text import _table, heading
+    from wentry_cli.report.tabulation import TextTable
+
+    rows = tuple((f"drop {n}", "a sentence of many words " * 12) for n in range(120))
+    pages = _onto_pages([*heading("Heading"), *_table(TextTable(("drop", "what happened"), rows))])
+    assert len(pages) > 2
+    for page in pages[1:]:
+        first = page[0]
+        assert isinstance(first, Line)
+        assert [text for _, text in first.cells] == ["drop", "what happened"]
+        assert sum(line.height for line in page) <= USED
+
+
+def test_no_printed_line_is_wider_than_the_page() -> None:
+    from wentry_cli.report.letters import width_em
+    from wentry_cli.report.print_text import A4, RIGHT, _table, _wrapped
+    from wentry_cli.report.tabulation import TextTable
+
+    digits = "0123456789abcdef" * 20
+    table = TextTable(("drop", *("what it is",) * 4), ((digits, "side", f"/a/{digits}.cine", digits, "WWWW " * 60),))
+    lines = [*_wrapped(f"the words {digits} {digits}"), *_table(table)]
+    for line in lines:
+        ends = [x + width_em(text, bold=line.bold) * line.size / 72.0 / A4[0] for x, text in line.cells]
+        assert max(ends) <= RIGHT + 1e-3
+        assert all(end < x for end, (x, _) in zip(ends, line.cells[1:], strict=False))
+    printed = "".join(text for line in lines for _, text in line.cells)
+    assert printed.count("W") >= 240
+
+
+def test_names_in_letters_that_the_font_lacks_are_told_in_one_sentence(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, recwarn: pytest.WarningsRecorder
+) -> None:
+    drops = (Made("落下_1", kind="surface_impact", sphere="球"), Made("落下_2", kind="surface_impact", sphere="球"))
+    make(tmp_path, drops)
+    (told,) = [record.getMessage() for record in caplog.records]
+    assert "落 下 球" in told
+    assert not [str(warning.message) for warning in recwarn if "glyph" in str(warning.message).lower()]
+
+
 def test_nothing_measured_is_a_page_that_says_so(tmp_path: Path) -> None:
     results = tmp_path / "results"
     results.mkdir()
@@ -298,6 +339,15 @@ def test_symbols_have_their_index_lowered_and_names_stay() -> None:
 
     assert as_html("t_p U₀/D_eff of <g6p70_d51_h227>") == "t<sub>p</sub> U₀/D<sub>eff</sub> of &lt;g6p70_d51_h227&gt;"
     assert as_mathtext("λ_pN $ of run_t_p") == r"$\lambda_{pN}$ \$ of run_t_p"
+
+
+def test_long_words_of_a_page_can_be_broken_without_a_letter_more() -> None:
+    from wentry_cli.report.symbols import as_breakable
+
+    assert as_breakable("films/a&b/side.cihx") == "films/<wbr>a&amp;b/<wbr>side.cihx"
+    broken = str(as_breakable("0123456789" * 6))
+    assert broken.replace("<wbr>", "") == "0123456789" * 6
+    assert max(map(len, broken.split("<wbr>"))) <= 32
 
 
 def test_figures_of_an_earlier_report_go(tmp_path: Path) -> None:

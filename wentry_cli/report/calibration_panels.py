@@ -1,4 +1,4 @@
-"""Figures 11 and 12b: what the material's parameters come from."""
+"""Figure 12b: impacts on a rigid surface, from which the material's parameters come."""
 
 from __future__ import annotations
 
@@ -9,19 +9,17 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import FigureBase
 
-from wentry_cli.report.campaign import Campaign, DropResults, as_number
+from wentry_cli.report.campaign import Campaign, DropResults
 from wentry_cli.report.curves import measured
 from wentry_cli.report.legends import clear_limits, legend_above
 from wentry_cli.report.names import file_stem
-from wentry_cli.report.numbers import with_uncertainty
 from wentry_cli.report.panel import NotDrawn, Panel
 from wentry_cli.report.stretch_curves import measured_stretch, model_stretch
-from wentry_cli.report.style import GREY, WIDE_SIZE, Look, plain
+from wentry_cli.report.style import GREY, WIDE_SIZE, plain
 
 IMPACT_TITLE = "Impact on a rigid surface"
 CALIBRATED = "model, calibrated"
 LINES = (CALIBRATED, "model, time scaled")
-COMPRESSION_TITLE = "Quasi-static compression"
 
 
 def surface_impacts(campaign: Campaign) -> list[Panel | NotDrawn]:
@@ -100,36 +98,3 @@ def _labels(groups: Sequence[tuple[object, pd.DataFrame]]) -> list[str]:
         text if text and told.count(text) == 1 else ", ".join(filter(None, (text, name)))
         for text, name in zip(told, names, strict=True)
     ]
-
-
-def compression(campaign: Campaign) -> Panel | NotDrawn:
-    """Panel 11: force on displacement of every compression test, with the curve whose G∞ was fitted."""
-    data = campaign.compression
-    if data.empty:
-        return NotDrawn("11", COMPRESSION_TITLE, "no compression test was made")
-    data = data.fillna({"sphere_id": ""})
-    data = data.assign(displacement_over_d=data["displacement_m"] / data["diameter_m"].astype(float))
-    fitted = campaign.materials.fillna({"sphere_id": ""}).drop_duplicates(["material", "sphere_id"])
-    columns = ["material", "sphere_id", "g_inf_pa", "g_inf_pa_unc"]
-    data = data.merge(fitted[columns], on=["material", "sphere_id"], how="left")
-    caption = (
-        "Force of a sphere between two plates over its displacement d: measured (squares) and the curve of a "
-        "neo-Hookean sphere without friction (lines), with G∞ and the zero of the displacement fitted."
-    )
-    return Panel("11", "fig_11_compression", COMPRESSION_TITLE, caption, data, partial(_draw_compression, data=data))
-
-
-def _draw_compression(figure: FigureBase, data: pd.DataFrame) -> None:
-    ax = figure.subplots()
-    sized = bool(data["displacement_over_d"].notna().all())  # the paper's axis needs the diameters
-    for number, (name, rows) in enumerate(data.groupby(["material", "sphere_id"])):
-        shown = rows.sort_values("displacement_m")
-        color, label = f"C{number % 10}", plain(" ".join(part for part in map(str, name) if part))
-        x = shown["displacement_over_d"] if sized else 1e3 * shown["displacement_m"]
-        g_inf, unc = (1e-3 * as_number(shown[column].iloc[0]) for column in ("g_inf_pa", "g_inf_pa_unc"))
-        told = f", $G_\\infty$ = {with_uncertainty(g_inf, unc)} kPa" if np.isfinite(g_inf) else ""
-        squares: Look = {"markersize": 2.8, "markerfacecolor": "none", "alpha": 0.5}  # lighter than the line in them
-        ax.plot(x, shown["force_n"], "s", color=color, label=label, **squares)
-        ax.plot(x, shown["force_model_n"], color=color, linewidth=1.1, label=f"neo-Hookean{told}")
-    ax.set(xlabel="$d/D$" if sized else "$d$ (mm)", ylabel="force (N)")
-    legend_above(ax)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import takewhile
@@ -13,6 +12,7 @@ from matplotlib.figure import Figure, SubFigure
 
 from wentry_cli.report.campaign import as_text
 from wentry_cli.report.drawing import Drawn, styled
+from wentry_cli.report.letters import lines_within
 from wentry_cli.report.page import Content, page_title
 from wentry_cli.report.print_text import A4, LEFT, RIGHT, Line, closing_lines, heading, number_lines, title_lines
 from wentry_cli.report.style import Look
@@ -23,6 +23,7 @@ NO_METADATA = {"CreationDate": None, "ModDate": None, "Producer": None, "Creator
 MARGINS = (0.055, 0.89, 0.055)
 TOP_IN, FOOT_IN = 0.4, 0.4  # inches kept free
 USED = A4[1] - TOP_IN - FOOT_IN
+BOLD = 6  # lines of a heading and a header at most
 FOLLOWING = 2  # rows that go with a heading and the header of its table; of panels, one
 SHRINK = 0.88  # three rows on a page
 CAPTION: Look = {"fontsize": 5.8, "color": "#444444", "va": "top", "linespacing": 1.25}
@@ -91,13 +92,13 @@ def _rows(panels: Sequence[Drawn]) -> list[Row]:
 
 
 def _onto_pages(items: Sequence[Item]) -> list[list[Item]]:
-    """Fill pages in order; a heading stays with what follows it."""
+    """Fill pages in order; a heading stays with what follows it, a table that goes on has its header again."""
     pages: list[list[Item]] = [[]]
     used = 0.0
     for place, item in enumerate(items):
-        if pages[-1] and used + _together(items[place : place + 2 + FOLLOWING]) > USED:
-            pages.append([])
-            used = 0.0
+        if pages[-1] and used + _together(items[place : place + BOLD + FOLLOWING]) > USED:
+            pages.append(list(item.header) if isinstance(item, Line) else [])
+            used = sum(line.height for line in pages[-1])
         pages[-1].append(item)
         used += item.height
     return pages
@@ -138,7 +139,8 @@ def _page(items: Sequence[Item]) -> Figure:
 
 
 def _caption_lines(drawn: Drawn) -> list[str]:
-    return textwrap.wrap(drawn.panel.caption, 82 if _narrow(drawn) else 170)
+    width = MARGINS[1] * A4[0] * 72.0 * (0.5 if _narrow(drawn) else 1.0)
+    return lines_within(drawn.panel.caption, 0.96 * width / CAPTION["fontsize"])
 
 
 def _panel_cell(cell: SubFigure, drawn: Drawn, height: float) -> None:

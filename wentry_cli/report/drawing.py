@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import logging
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -43,9 +44,18 @@ class Drawn:
 def styled() -> Iterator[None]:
     """Draw in the report's style; letters that the font lacks (names of drops) become boxes without a warning."""
     look: Any = STYLE
+    mathematics = logging.getLogger("matplotlib.mathtext")  # tells a missing letter of a text with symbols in its log
     with mpl.rc_context(look), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=".*[Gg]lyph.*")
-        yield
+        mathematics.addFilter(_not_of_glyphs)
+        try:
+            yield
+        finally:
+            mathematics.removeFilter(_not_of_glyphs)
+
+
+def _not_of_glyphs(record: logging.LogRecord) -> bool:
+    return "glyph" not in record.msg and "dummy symbol" not in record.msg
 
 
 def draw_panel(panel: Panel) -> Figure:

@@ -18,8 +18,9 @@ from wentry_cli.errors import WentryError
 from wentry_cli.frames.reader import Recording, Region
 from wentry_cli.report.campaign import DropResults, as_number, as_text
 from wentry_cli.report.names import file_stem
+from wentry_cli.report.numbers import fixed
 from wentry_cli.report.panel import NotDrawn, Panel
-from wentry_cli.report.strip_frames import Shot, read_shots
+from wentry_cli.report.strip_frames import SEPARATION_REACH, Shot, read_shots
 from wentry_cli.report.style import (
     OVERLAY_BOTTOM,
     OVERLAY_CIRCLE,
@@ -31,6 +32,7 @@ from wentry_cli.report.style import (
 
 OpenView = Callable[[str, str], Recording]
 WIDTH_IN = WIDE_SIZE[0]
+EDGE_PT = 0.6  # points, round the scale bar
 SIDE_COLUMNS = ["center_x_px", "center_y_px", "radius_px", "stretch", "tilt_deg", "bottom_y_px", "bottom_local_y_px",
                 "separation_y_px", "status"]  # fmt: skip
 TOP_COLUMNS = ["center_x_px", "center_y_px", "radius_px", "status"]
@@ -133,7 +135,7 @@ def _draw_strip(figure: FigureBase, shots: list[Shot], region: Region, view: str
         ax.set(xticks=[], yticks=[])
         ax.spines[:].set(color="#888888", linewidth=0.4)
         note = shot.moment.label if status == "ok" else status.replace("_", " ")
-        title = f"{1e3 * as_number(shot.row['t_s']):.{places}f} ms\n{plain(note)}"
+        title = f"{fixed(1e3 * as_number(shot.row['t_s']), places)} ms\n{plain(note)}"
         ax.set_title(title, fontsize=6.0, fontweight="normal", loc="center", pad=2.0, linespacing=1.1)
     _scale_bar(axes[-1], shots[-1].picture, region, scale)
 
@@ -154,7 +156,7 @@ def _overlay_side(ax: Axes, row: dict[str, Any], surface: float) -> None:
             outline.set_clip_path(below)
     separation = as_number(row["separation_y_px"])
     if math.isfinite(separation + x + radius):
-        reach = 1.25 * stretch * radius
+        reach = SEPARATION_REACH * stretch * radius
         ax.plot([x - reach, x + reach], [separation, separation], color=OVERLAY_SEPARATION, linewidth=0.9)
     bottom = as_number(row["bottom_local_y_px"])
     bottom = bottom if math.isfinite(bottom) else as_number(row["bottom_y_px"])
@@ -171,7 +173,10 @@ def _overlay_top(ax: Axes, row: dict[str, Any]) -> None:
 
 
 def _scale_bar(ax: Axes, picture: NDArray[np.uint8], region: Region, scale: float) -> None:
-    """Draw the bar at the lower right: black on bright ground, white on dark."""
+    """Draw the bar at the lower right: black on bright ground, white on dark, with an edge of the other colour.
+
+    The edge shows the bar where the ground below it changes.
+    """
     length = scale_bar_mm(region, scale)
     if not length:
         return
@@ -183,5 +188,6 @@ def _scale_bar(ax: Axes, picture: NDArray[np.uint8], region: Region, scale: floa
     down = np.array([top - y0, top + thick - y0])
     (first, last), (upper, lower) = ((ends * shrink).astype(int) for ends in (across, down))
     ground = picture[upper : lower + 1, first : last + 1]
-    color = "black" if float(ground.mean()) > 127.0 else "white"
-    ax.add_patch(Rectangle((left, top), width, thick, facecolor=color, linewidth=0))
+    inner, outer = ("black", "white") if float(ground.mean()) > 127.0 else ("white", "black")
+    ax.add_patch(Rectangle((left, top), width, thick, facecolor=outer, edgecolor=outer, linewidth=2 * EDGE_PT))
+    ax.add_patch(Rectangle((left, top), width, thick, facecolor=inner, linewidth=0))

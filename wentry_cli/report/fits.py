@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from wentry_cli.report.campaign import as_number, as_text
+from wentry_cli.report.numbers import fixed
 from wentry_cli.report.words import MEANINGS
 
 
@@ -36,5 +37,7 @@ def slope_text(relation: Mapping[str, Any]) -> str:
     if not math.isfinite(slope):
         status = as_text(relation.get("status"))
         return f"no slope, {MEANINGS.get(status, 'relation not fitted')}"
-    interval = f", 95 % interval {low:.3f} to {high:.3f}" if math.isfinite(low) and math.isfinite(high) else ""
-    return f"slope {slope:.3f}{interval}, {as_number(relation.get('n')):.0f} drops"
+    interval = (
+        f", 95 % interval {fixed(low, 3)} to {fixed(high, 3)}" if math.isfinite(low) and math.isfinite(high) else ""
+    )
+    return f"slope {fixed(slope, 3)}{interval}, {as_number(relation.get('n')):.0f} drops"

@@ -10,6 +10,7 @@ from matplotlib.lines import Line2D
 from wentry_cli.report.campaign import Campaign
 from wentry_cli.report.curves import conditions, mean_curve, measured
 from wentry_cli.report.legends import legend_above, size_handles
+from wentry_cli.report.numbers import with_uncertainty
 from wentry_cli.report.panel import NotDrawn, Panel
 from wentry_cli.report.style import BLACK, BLUE, GREY, PANEL_SIZE, line_width, marker_size
 from wentry_cli.report.velocity_panels import LATEST, with_gaps
@@ -48,7 +49,7 @@ def force_coefficients(campaign: Campaign) -> Panel | NotDrawn:
         "travel: averaged over each period of the deformable spheres (black symbols, by period), instantaneous for "
         "rigid spheres (blue curves). Bars and bands: standard uncertainty, of repeated rigid drops the spread; no "
         "curve where it exceeds the axis. The table behind the panel also has the hydrodynamic coefficient, with "
-        "weight and buoyancy taken out."
+        "weight and buoyancy taken out." + _cut(data)
     )
     return Panel("8", "fig_8_force_coefficient", TITLE, caption, data, draw, size=PANEL_SIZE)
 
@@ -95,6 +96,28 @@ def _limits(data: pd.DataFrame) -> tuple[float, float]:
     ends = [*inner, *(soft["force_coefficient"] - bars), *(soft["force_coefficient"] + bars)]
     low, high = min(ends), max(ends)
     return low - 0.1 * (high - low), high + 0.15 * (high - low) or 1.0
+
+
+def _cut(data: pd.DataFrame) -> str:
+    """Say what of curves and bars lies beyond the axis; empty where nothing does."""
+    low, high = _limits(data)
+    told = ""
+    rigid = data[(data["series"] == "rigid") & ~(data["force_coefficient_unc"] > high - low)]
+    for word, beyond in (
+        ("up", rigid[rigid["force_coefficient"] > high].nlargest(1, "force_coefficient")),
+        ("down", rigid[rigid["force_coefficient"] < low].nsmallest(1, "force_coefficient")),
+    ):
+        for row in beyond.to_dict("records"):
+            far, when = (
+                with_uncertainty(row["force_coefficient"], digits=3),
+                with_uncertainty(row[COLUMNS[0]], digits=2),
+            )
+            told += f" The axis cuts the rigid curves off, which reach {word} to C_F = {far} (at t/t_p = {when})."
+    soft = data[data["series"] == "period average"]
+    value, unc = soft["force_coefficient"], soft["force_coefficient_unc"]
+    if bool(((value + unc > high) | (value - unc < low)).any()):
+        told += " A bar that reaches the frame goes on beyond it."
+    return told
 
 
 def _handles(data: pd.DataFrame) -> list[Line2D]:

@@ -15,6 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.textpath import TextPath
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from wentry_cli.report.numbers import true_minus
 from wentry_cli.report.style import (
     LARGE,
     PANEL_SIZE,
@@ -158,5 +159,5 @@ def plain_decades(axis: Axis) -> None:
     low, high = axis.get_view_interval()
     subs = (1.0,) if high / low > 300.0 else (1.0, 2.0, 5.0)
     axis.set_major_locator(LogLocator(base=10.0, subs=subs))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: true_minus(f"{value:g}")))
     axis.set_minor_formatter(NullFormatter())

@@ -11,7 +11,7 @@ import numpy as np
 from wentry_cli.contours.bounds import cramer_rao_bound
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.report.campaign import Campaign, DropResults, as_number
-from wentry_cli.report.numbers import DASH
+from wentry_cli.report.numbers import DASH, true_minus
 from wentry_cli.report.tabulation import TextTable
 
 HEADER = (
@@ -75,4 +75,6 @@ def _medians(unc: np.ndarray[Any, Any], least: np.ndarray[Any, Any]) -> tuple[st
     if not seen.any():
         return DASH, DASH, DASH
     unc, least = unc[seen], least[seen]
-    return f"{np.median(unc):.2g}", f"{np.median(least):.2g}", f"{np.median(unc / least):.2f}"
+    numbers = f"{np.median(unc):.2g}", f"{np.median(least):.2g}", f"{np.median(unc / least):.2f}"
+    stated, bound, ratio = map(true_minus, numbers)
+    return stated, bound, ratio

@@ -5,13 +5,29 @@ from __future__ import annotations
 import math
 
 DASH = "–"
+MINUS = "−"
 
 
 def with_uncertainty(value: float, uncertainty: float = math.nan, digits: int = 4) -> str:
     """Write ``5.312 ± 0.011``: the uncertainty with two digits, the value as far; without one, ``digits`` digits.
 
-    NaN becomes a dash.
+    NaN becomes a dash; a negative number has a true minus sign, as on the axes.
     """
+    return true_minus(_with_uncertainty(value, uncertainty, digits))
+
+
+def fixed(value: float, places: int) -> str:
+    """Write a number with ``places`` decimals and a true minus sign; one that rounds to zero has no sign."""
+    text = f"{value:.{places}f}"
+    return true_minus(text if text.strip("-0.") else text.lstrip("-"))
+
+
+def true_minus(number: str) -> str:
+    """Put the true minus sign into a number that was written with a hyphen."""
+    return number.replace("-", MINUS)
+
+
+def _with_uncertainty(value: float, uncertainty: float, digits: int) -> str:
     if not math.isfinite(value):
         return DASH
     if not (math.isfinite(uncertainty) and uncertainty > 0):

@@ -14,7 +14,7 @@ from wentry_cli.report.campaign import Campaign
 from wentry_cli.report.drawing import Drawn
 from wentry_cli.report.light_limit import light_limit_table
 from wentry_cli.report.panel import NotDrawn
-from wentry_cli.report.symbols import as_html
+from wentry_cli.report.symbols import as_breakable, as_html
 from wentry_cli.report.words import MEANINGS
 
 UNCERTAINTIES = (
@@ -44,6 +44,7 @@ def write_page(content: Content) -> str:
     """Fill the template; every word that comes from names, tables and messages is escaped."""
     environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
     environment.filters["symbols"] = as_html
+    environment.filters["breakable"] = as_breakable
     template = environment.from_string(files("wentry_cli.report").joinpath("page.html.j2").read_text(encoding="utf-8"))
     campaign = content.campaign
     html: str = template.render(
@@ -61,6 +62,7 @@ def write_page(content: Content) -> str:
         missing=content.missing,
         drop_table=tabulation.drop_table(campaign),
         entry_table=tabulation.entry_table(campaign),
+        flight_table=tabulation.flight_table(campaign),
         regressions=tabulation.regression_table(campaign),
         calibrated=tabulation.material_table(campaign.materials),
         table_1=tabulation.material_table(campaign.table_1),

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from wentry_cli.report.calibration_panels import compression, surface_impacts
+from wentry_cli.report.calibration_panels import surface_impacts
 from wentry_cli.report.campaign import Campaign
+from wentry_cli.report.compression_panel import compression
 from wentry_cli.report.drop_sheets import drop_sheets
 from wentry_cli.report.entry_panels import bottom_position, stretch_in_time
 from wentry_cli.report.force_panels import force_coefficients

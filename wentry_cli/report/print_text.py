@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import zip_longest
 
 from wentry_cli.report import tabulation
+from wentry_cli.report.letters import lines_within, width_em
 from wentry_cli.report.light_limit import light_limit_table
-from wentry_cli.report.numbers import DASH
 from wentry_cli.report.page import UNCERTAINTIES, Content, headline, page_title
 from wentry_cli.report.tabulation import TextTable
 from wentry_cli.report.words import MEANINGS
 
 A4 = (8.27, 11.69)
 LEFT, RIGHT = 0.075, 0.925
-PLAIN = 7.0
+TITLE, PLAIN = 17.0, 7.0
 SMALLEST = 5.8  # points; a table that needs smaller letters is printed in parts
-LETTER = 0.60  # mean width of a letter over its size
 WIDTH_PT = (RIGHT - LEFT) * A4[0] * 72.0
-LETTERS = 127  # of a line of text in the plain size
+GAP = 1.2  # between columns; like the two below in sizes of a letter
+NARROWEST = 16.0  # of a column whose cells are broken into lines
+WIDEST_NAME = 24.0  # of the first column of a table that is printed in parts
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,7 @@ class Line:
     cells: tuple[tuple[float, str], ...]
     size: float = PLAIN
     bold: bool = False
+    header: tuple[Line, ...] = ()  # of a row of a table: to be repeated where the table goes on on another page
 
     @property
     def height(self) -> float:
@@ -38,8 +40,9 @@ class Line:
 
 def title_lines(content: Content) -> list[Line]:
     """What the report is about, and of how many drops."""
-    campaign = content.campaign
-    return [_text(page_title(campaign), 17.0, bold=True), _text(headline(campaign), 9.0), _text("")]
+    title = page_title(content.campaign)
+    size = min(TITLE, WIDTH_PT / width_em(title, bold=True))
+    return [_text(title, size, bold=True), *_wrapped(headline(content.campaign), 9.0), _text("")]
 
 
 def number_lines(content: Content) -> Iterator[Line]:
@@ -48,6 +51,7 @@ def number_lines(content: Content) -> Iterator[Line]:
     for title, table in (
         ("Drops: value ± standard uncertainty (k = 1); a dash is not measured", tabulation.drop_table(campaign)),
         ("Pinch-off and loss of velocity", tabulation.entry_table(campaign)),
+        ("Free flight: velocity in the middle of the clip, acceleration", tabulation.flight_table(campaign)),
         ("Regressions", tabulation.regression_table(campaign)),
         ("Materials, calibrated", tabulation.material_table(campaign.materials)),
         ("Materials, used by the model", tabulation.material_table(campaign.table_1)),
@@ -93,39 +97,65 @@ def _text(text: str, size: float = PLAIN, *, bold: bool = False) -> Line:
     return Line(((LEFT, text),), size, bold)
 
 
-def _wrapped(text: str, indent: str = "") -> list[Line]:
-    return [_text(line) for line in textwrap.wrap(text, LETTERS, initial_indent=indent, subsequent_indent=indent)]
+def _wrapped(text: str, size: float = PLAIN, *, bold: bool = False) -> list[Line]:
+    return [_text(line, size, bold=bold) for line in lines_within(text, WIDTH_PT / size, bold=bold)]
 
 
 def _table(table: TextTable) -> list[Line]:
-    """Print a table in columns where it fits the page, else its columns in parts, else a block for each row."""
+    """Print a table in columns, cells in as many lines as they need; in parts where its columns get too narrow."""
     rows = [table.header, *table.rows]
-    widths = [max(len(row[place]) for row in rows) + 2 for place in range(len(table.header))]
-    size = min(PLAIN, WIDTH_PT / (LETTER * sum(widths)))
-    if size < SMALLEST:
-        parts = _parts(widths)
-        if len(parts) == 1:
-            return _blocks(table)
-        return [line for part in parts for line in [*_table(_columns(table, part)), _text("", 4.0)]]
-    share = LETTER * size / 72.0 / A4[0]
-    places = [LEFT + share * sum(widths[:place]) for place in range(len(widths))]
-    return [
-        Line(tuple((x, text) for x, text in zip(places, row, strict=True) if text), size, row is table.header)
-        for row in rows
+    widths = [
+        max(width_em(row[place], bold=row is table.header) for row in rows) + GAP for place in range(len(table.header))
     ]
+    size = min(PLAIN, WIDTH_PT / sum(widths))
+    if size >= SMALLEST:
+        return _grid(table, widths, size)
+    room = WIDTH_PT / PLAIN
+    shared = _shared(widths, room)
+    if max(shared) >= NARROWEST:
+        return _grid(table, shared, PLAIN)
+    first = min(widths[0], WIDEST_NAME)
+    widths = [first, *(min(width, room - first) for width in widths[1:])]
+    lines: list[Line] = []
+    for part in _parts(widths, room):
+        lines += [*_grid(_columns(table, part), [widths[place] for place in part], PLAIN), _text("", 4.0)]
+    return lines
 
 
-def _parts(widths: list[int]) -> list[list[int]]:
-    """Share columns among parts that fit the page, each with the first column; a single part where one cannot fit."""
-    room = WIDTH_PT / (LETTER * PLAIN) - widths[0]
-    parts: list[list[int]] = [[0]]
+def _grid(table: TextTable, widths: list[float], size: float) -> list[Line]:
+    """Lines of a table whose columns are ``widths`` wide (over the size of the letters, with the gap after them)."""
+    places = [LEFT + sum(widths[:place]) * size / 72.0 / A4[0] for place in range(len(widths))]
+
+    def lines_of(row: tuple[str, ...], header: tuple[Line, ...] | None) -> list[Line]:
+        bold = header is None
+        cells = [lines_within(text, width - GAP + 0.01, bold=bold) for text, width in zip(row, widths, strict=True)]
+        return [
+            Line(tuple((x, text) for x, text in zip(places, line, strict=True) if text), size, bold, header or ())
+            for line in zip_longest(*cells, fillvalue="")
+        ]
+
+    header = tuple(lines_of(table.header, None))
+    return [*header, *(line for row in table.rows for line in lines_of(row, header))]
+
+
+def _shared(widths: list[float], room: float) -> list[float]:
+    """Narrow the widest columns, all to one width, until the table fits ``room``."""
     left = room
+    for count, width in zip(range(len(widths), 0, -1), sorted(widths), strict=True):
+        if width * count > left:
+            return [min(one, left / count) for one in widths]
+        left -= width
+    return widths
+
+
+def _parts(widths: list[float], room: float) -> list[list[int]]:
+    """Share columns that each fit beside the first one among parts that fit ``room``, each with the first column."""
+    parts: list[list[int]] = [[0]]
+    left = room - widths[0]
     for place in range(1, len(widths)):
-        if widths[place] > room:
-            return [list(range(len(widths)))]
-        if widths[place] > left:
+        if widths[place] > left + 1e-9:
             parts.append([0])
-            left = room
+            left = room - widths[0]
         parts[-1].append(place)
         left -= widths[place]
     return parts
@@ -134,12 +164,3 @@ def _parts(widths: list[int]) -> list[list[int]]:
 def _columns(table: TextTable, places: list[int]) -> TextTable:
     header, *rows = (tuple(row[i] for i in places) for row in (table.header, *table.rows))
     return TextTable(header, tuple(rows))
-
-
-def _blocks(table: TextTable) -> list[Line]:
-    lines: list[Line] = []
-    for row in table.rows:
-        lines += [_text(part, bold=True) for part in textwrap.wrap(row[0], LETTERS) or [""]]
-        cells = [f"{name} {cell}" for name, cell in zip(table.header[1:], row[1:], strict=True) if cell != DASH]
-        lines += _wrapped("   ".join(cells), indent="    ")
-    return lines

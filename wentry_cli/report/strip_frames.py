@@ -17,6 +17,8 @@ from wentry_cli.report.campaign import DropResults, as_number
 from wentry_cli.report.moments import Moment, telling_moments
 
 WIDEST_PX = 200  # of one image of a strip
+SEPARATION_REACH = 1.25  # half length of the separation line over the sphere's horizontal semi-axis
+MARGIN = 0.12  # of the radius, kept free around an outline
 GREYS = 48  # levels kept: enough to look at, half the size in the file
 
 
@@ -33,7 +35,7 @@ def read_shots(drop: DropResults, view: str, recording: Recording) -> tuple[list
     """Read the telling frames of ``view``, cut to the region where things happen, with that region in full pixels."""
     other = drop.table("top" if view == "side" else "side")
     chosen = _chosen_rows(drop.table(view), other, telling_moments(drop, view))
-    region = _region(drop, view, recording)
+    region = _region(drop, view, recording, [row for _, row in chosen])
     found: list[tuple[NDArray[Any], dict[str, Any], Moment]] = []
     for moment, row in chosen:
         try:
@@ -97,8 +99,8 @@ def _within(times: NDArray[np.float64], others: NDArray[np.float64], reach: floa
     return np.asarray(near <= reach)
 
 
-def _region(drop: DropResults, view: str, recording: Recording) -> Region:
-    """Where the sphere goes, with room for its cavity and its splash, within the image."""
+def _region(drop: DropResults, view: str, recording: Recording, shown: list[dict[str, Any]]) -> Region:
+    """Where the sphere goes, with room for its cavity, its splash and what is drawn over the rows ``shown``."""
     info = recording.info
     table = drop.table(view)
     x, y = (table[name].map(as_number).dropna().to_numpy(dtype=float) for name in ("center_x_px", "center_y_px"))
@@ -112,9 +114,28 @@ def _region(drop: DropResults, view: str, recording: Recording) -> Region:
     surface = _surface(drop, view)
     if view == "side" and drop.kind == "water_entry" and math.isfinite(surface):
         top, bottom = min(top, surface - 2.6 * radius), _deepest(drop, table, radius, bottom)
+    boxes = np.array([_drawn_box(row, view) for row in shown] + [(left, top, right, bottom)])
+    (left, top), (right, bottom) = np.nanmin(boxes[:, :2], axis=0), np.nanmax(boxes[:, 2:], axis=0)
     edges = (max(left, 0), max(top, 0), min(right, info.width), min(bottom, info.height))
     x0, y0, x1, y1 = (round(float(edge)) for edge in edges)
     return (x0, y0, x1, y1) if x1 - x0 > 4 and y1 - y0 > 4 else (0, 0, info.width, info.height)
+
+
+def _drawn_box(row: dict[str, Any], view: str) -> tuple[float, float, float, float]:
+    """Left, top, right and bottom of the outline drawn over a row, with a little room, px; NaN where there is none."""
+    x, y, radius = (as_number(row[name]) for name in ("center_x_px", "center_y_px", "radius_px"))
+    wide = tall = radius
+    if view == "side":
+        stretch, tilt = as_number(row.get("stretch")), math.radians(as_number(row.get("tilt_deg")))
+        across = radius * (stretch if math.isfinite(stretch) else 1.0)
+        along = radius**3 / across**2
+        turn = tilt if math.isfinite(tilt) else 0.0
+        wide = math.hypot(across * math.cos(turn), along * math.sin(turn))
+        tall = math.hypot(across * math.sin(turn), along * math.cos(turn))
+        if math.isfinite(as_number(row.get("separation_y_px"))):
+            wide = SEPARATION_REACH * across
+    wide, tall = wide + MARGIN * radius, tall + MARGIN * radius
+    return x - wide, y - tall, x + wide, y + tall
 
 
 def _deepest(drop: DropResults, table: pd.DataFrame, radius: float, otherwise: float) -> float:

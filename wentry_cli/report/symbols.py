@@ -10,12 +10,19 @@ from wentry_cli.report.style import plain
 
 # Whole symbols of the report's own texts only: a name like g6p70_d51 stays as it is.
 INDEXED = re.compile(r"(?<!\w)(C̄|[tDTGCλρyẏÿ])_(eff|exp|model|pN|p\d?|[wsbcmFT])(?!\w)")
+LONG = re.compile(r"(?<=\S{24})(?=\S{8})")
 LETTERS = {"ẏ": r"\dot{y}", "ÿ": r"\ddot{y}", "C̄": r"\bar{C}", "λ": r"\lambda", "ρ": r"\rho"}
 
 
 def as_html(text: str) -> Markup:
     """Escape a text; the indices of its symbols are lowered."""
     return Markup(INDEXED.sub(r"\1<sub>\2</sub>", str(escape(text))))
+
+
+def as_breakable(text: str) -> Markup:
+    """Escape a text; a browser may break its paths after a slash, and other long words after some letters."""
+    pieces = [piece for part in re.split(r"(?<=[/\\])", text) for piece in LONG.split(part) if piece]
+    return Markup("<wbr>").join(escape(piece) for piece in pieces)
 
 
 def as_mathtext(text: str) -> str:

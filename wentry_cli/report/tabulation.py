@@ -11,7 +11,7 @@ import pandas as pd
 from wentry_cli.pipeline import STAGES
 from wentry_cli.provenance import digest_of
 from wentry_cli.report.campaign import Campaign, DropResults, as_number, as_text
-from wentry_cli.report.numbers import DASH, or_reason, with_uncertainty
+from wentry_cli.report.numbers import DASH, fixed, or_reason, with_uncertainty
 
 
 @dataclass(frozen=True)
@@ -51,10 +51,13 @@ DROP_COLUMNS: Columns = {
     "G∞/(ρ_w U₀²)": _cell("stiffness_ratio", digits=3),
     "T (ms)": _cell("period_s", 1e3),
     "λ_p1": _cell("stretch_peak_1"),
-    "v (m/s)": _cell("velocity_m_s"),
-    "a (m/s²)": _cell("acceleration_m_s2"),
     "frames": _frames,
     "status": lambda drop: drop.text("status") or "not finished",
+}
+FLIGHT_COLUMNS: Columns = {
+    "drop": lambda drop: drop.name,
+    "v (m/s)": _cell("velocity_m_s"),
+    "a (m/s²)": _cell("acceleration_m_s2"),
 }
 ENTRY_COLUMNS: Columns = {
     "drop": lambda drop: drop.name,
@@ -80,8 +83,6 @@ SOFT_ONLY = {"g_inf_pa", "stiffness_ratio", "period_s", "stretch_peak_1", "pinch
 
 def _reason(drop: DropResults, column: str) -> str:
     """Why a number is missing: the word of its event or period, else of the drop; nothing where none is expected."""
-    if column in {"acceleration_m_s2", "velocity_m_s"} and drop.kind != "free_flight":
-        return ""
     if (column in WATER_ONLY and drop.kind != "water_entry") or (column in SOFT_ONLY and drop.rigid):
         return ""
     if column in SIDE_ONLY and drop.kind == "water_entry" and drop.table("side").empty:
@@ -107,6 +108,11 @@ def drop_table(campaign: Campaign) -> TextTable:
 def entry_table(campaign: Campaign) -> TextTable:
     """Pinch-off and loss of velocity of each drop that enters water, with uncertainties."""
     return _filled(ENTRY_COLUMNS, campaign.of("water_entry"))
+
+
+def flight_table(campaign: Campaign) -> TextTable:
+    """Velocity in the middle of the clip and acceleration of each free flight, up positive, with uncertainties."""
+    return _filled(FLIGHT_COLUMNS, campaign.of("free_flight"))
 
 
 def _filled(columns: Columns, drops: list[DropResults]) -> TextTable:
@@ -143,7 +149,10 @@ def _relation_name(key: str) -> str:
 
 
 def regression_table(campaign: Campaign) -> TextTable:
-    """Every relation that was fitted: slope or exponent with its interval, the paper's value beside it."""
+    """Every relation that any drop bears on: slope or exponent with its interval, the paper's value, who is left out.
+
+    One without enough drops for a slope has dashes and its status.
+    """
     header = (
         "relation",
         "y on x",
@@ -156,16 +165,18 @@ def regression_table(campaign: Campaign) -> TextTable:
         "drops",
         "paper",
         "status",
+        "left out",
     )
     rows = []
     for row in campaign.scaling.to_dict("records"):
         number = {
             name: as_number(row[name]) for name in row if name not in {"relation", "x", "y", "left_out", "status"}
         }
-        if math.isnan(number["slope"]) and math.isnan(number["exponent"]):
+        left_out = as_text(row["left_out"])
+        if math.isnan(number["slope"]) and not (number["n"] > 0 or left_out):
             continue
         axes = [as_text(row[name]) for name in ("y", "x")]
-        interval = f"{number['slope_low']:.3f} to {number['slope_high']:.3f}"
+        interval = f"{fixed(number['slope_low'], 3)} to {fixed(number['slope_high'], 3)}"
         rows.append((
             _relation_name(as_text(row["relation"])), " on ".join(QUANTITIES.get(key, key) for key in axes),
             with_uncertainty(number["slope"], number["slope_unc"]),
@@ -174,6 +185,7 @@ def regression_table(campaign: Campaign) -> TextTable:
             with_uncertainty(number["exponent"], number["exponent_unc"]),
             with_uncertainty(number["r_squared"]), with_uncertainty(number["residual_scatter"], digits=2),
             with_uncertainty(number["n"]), with_uncertainty(number["paper_value"]), as_text(row["status"]),
+            left_out or DASH,
         ))  # fmt: skip
     return TextTable(header, tuple(rows))
 

@@ -7,7 +7,7 @@ MEANINGS = {
     "short_arc": "too little of the outline is visible",
     "occluded": "splash, cavity or something else hides the sphere",
     "out_of_frame": "the sphere leaves the image",
-    "poor_fit": "the shape does not follow the outline",
+    "poor_fit": "the shape does not follow the outline, or the frame lies off the course that its neighbours tell",
     "saturated": "the outline lies in pixels at the top of the range",
     "bad_frame": "the frame is damaged",
     "gap": "the camera's numbering skips the frame",

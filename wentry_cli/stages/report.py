@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from pathlib import Path
 
 import pandas as pd
@@ -12,6 +13,7 @@ from wentry_cli.report.campaign import Campaign, read_campaign
 from wentry_cli.report.document import write_document
 from wentry_cli.report.drawing import save_panel
 from wentry_cli.report.film_strips import OpenView, film_strips
+from wentry_cli.report.letters import lacking
 from wentry_cli.report.page import Content, write_page
 from wentry_cli.report.panel import NotDrawn, Panel, merged
 from wentry_cli.report.panels import campaign_panels, drop_panels
@@ -20,6 +22,7 @@ from wentry_cli.stages.ingest import open_view
 from wentry_cli.tables import write_text
 
 FIGURES = "figures"
+logger = logging.getLogger(__name__)
 
 
 def run(results: Path, drops: list[Drop]) -> None:
@@ -29,6 +32,7 @@ def run(results: Path, drops: list[Drop]) -> None:
     be written.
     """
     campaign = read_campaign(results, [drop.name for drop in drops], table_1(drops))
+    _tell_lacking(campaign)
     made_of_drops = _by_drop(campaign, _opener(drops))
     made = [*campaign_panels(campaign), *made_of_drops]
     panels = [panel for panel in made if isinstance(panel, Panel)]
@@ -48,6 +52,17 @@ def run(results: Path, drops: list[Drop]) -> None:
     write_document(content, results / "report.pdf")
     write_text(results / "report.html", write_page(content))
     tick(len(panels) + 1, len(panels) + 1)
+
+
+def _tell_lacking(campaign: Campaign) -> None:
+    """Warn of letters in names that figures and PDF cannot show."""
+    names = [drop.name + drop.text("sphere_id") for drop in campaign.drops]
+    letters = lacking("".join([*names, *campaign.materials["material"].fillna("").astype(str)]))
+    if letters:
+        logger.warning(
+            "report: the font of the figures has no %s, boxes stand for them in figures/ and report.pdf; report.html "
+            "writes names in full", " ".join(letters[:12]) + (" …" if len(letters) > 12 else "")
+        )  # fmt: skip
 
 
 def table_1(drops: list[Drop]) -> pd.DataFrame:
