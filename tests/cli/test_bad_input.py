@@ -232,7 +232,8 @@ def test_a_source_that_is_not_there_is_told_with_its_key_and_what_lies_there(wen
     for words in (("check", video), ("process", video, "-o", video.parent.parent / "results")):
         done = wentry(*words, "--set", "views.side.source=sid2")
         assert done.code == 4
-        assert f"{video / 'sid2'}: no such file or folder; did you mean 'side'? check views.side.source: in" in done.err
+        told = "--set views.side.source: error: views.side.source: "
+        assert f"{told}{video / 'sid2'}: no such file or folder; did you mean 'side'? in" in done.err
         assert "lie experiment.yaml, overhead, side" in done.err
 
 

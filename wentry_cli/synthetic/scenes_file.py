@@ -104,6 +104,6 @@ def _make_scene(document: Document) -> Scene:
         return Scene.model_validate(document.data)
     except ValidationError as error:
         # what concerns a drop as a whole has no key of its own
-        text = str(configuration_error(error, document, Scene))
+        text = str(configuration_error(error.errors(include_url=False), document, Scene))
         name = document.data.get("name", "without a name")
         raise ConfigurationError(text.replace("error: experiment:", f"error: drop {name}:")) from error
