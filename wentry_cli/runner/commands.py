@@ -105,8 +105,8 @@ def read_campaign(video_dir: Path, settings: tuple[str, ...] = (), only: tuple[s
         try:
             campaign.drops.append(read_drop(name, found[name], overrides, video_dir))
         except WentryError as error:
-            told = "\n".join([str(error), *missing_sources(found[name], overrides)])
-            campaign.failures.append(Failure(name, CONFIGURATION, error.exit_code, told))
+            sentence = "\n".join([str(error), *missing_sources(found[name], overrides)])
+            campaign.failures.append(Failure(name, CONFIGURATION, error.exit_code, sentence))
     if not campaign.drops:
         lines = dict.fromkeys(line for failure in campaign.failures for line in failure.sentence.splitlines())
         raise ConfigurationError("\n".join([*lines, *campaign.notes]))
