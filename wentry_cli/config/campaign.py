@@ -206,13 +206,26 @@ def missing_sources(folder: Path, overrides: Document | None = None) -> list[str
     except ConfigurationError:
         return []
     document = overrides.over(document) if overrides else document
-    views, lines = document.data.get("views"), []
-    for name, view in views.items() if isinstance(views, dict) else ():
-        source = view.get("source") if isinstance(view, dict) else None
-        if isinstance(source, str) and not set(source) & set("*?[") and not os.path.exists(folder / source):
-            told = f"{folder / source}: no such file or folder"
-            lines.append(str(located(folder / EXPERIMENT, f"views.{name}.source", told, document)))
-    return lines
+    return [
+        str(located(folder / EXPERIMENT, f"views.{name}.source", f"{path}: no such file or folder", document))
+        for path, name in _sources(folder, document).items()
+        if not set(Path(path).name) & set("*?[") and not os.path.exists(path)
+    ]
+
+
+def named_sources(folder: Path) -> dict[str, str]:
+    """Of a drop whose keys are not all right: the view of each recording that it names, by the recording's path."""
+    try:
+        return _sources(folder, read_document(folder / EXPERIMENT))
+    except ConfigurationError:
+        return {}
+
+
+def _sources(folder: Path, document: Document) -> dict[str, str]:
+    views = document.data.get("views")
+    shown = views.items() if isinstance(views, dict) else ()
+    given = {name: view.get("source") for name, view in shown if isinstance(view, dict)}
+    return {str(folder / source): name for name, source in given.items() if isinstance(source, str)}
 
 
 def _shared_keys(path: Path) -> Document:
