@@ -127,7 +127,7 @@ def _displacement_column(path: Path, header: list[str]) -> str:
     if len(units) == 1 and len(forces) == 1:
         return units[0]
     if len(units) > 1 or len(forces) > 1:
-        twice = " and ".join(units) if len(units) > 1 else " and ".join(forces)
+        twice = " and ".join(units) if len(units) > 1 else f"{forces[0]} twice"
         raise InputError(f"{path}: the header has {twice}; keep one column of displacement and one of force")
     if separator := _separator(header):
         raise InputError(f"{path}:1: the columns are separated by {separator}; {_MEND}")
