@@ -57,8 +57,9 @@ bench: $(STAMP) ## speed: frames per second, memory, start-up, beside decoding a
 	$(BIN)/python benchmarks/start_up.py
 	$(BIN)/python benchmarks/memory.py 2000
 
-tables: $(STAMP) ## docs/tables.md from the schemas
+tables: $(STAMP) ## docs/tables.md from the schemas, docs/scenes.md from the models of a scene
 	$(BIN)/python docs/make_tables.py
+	$(BIN)/python docs/make_scenes.py
 
 clean: ## remove what make made, the environment too
 	$(PYTHON) -c "import shutil; [shutil.rmtree(d, ignore_errors=True) for d in ('build', '$(VENV)', '.pytest_cache', '.mypy_cache', '.ruff_cache')]"

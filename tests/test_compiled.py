@@ -66,6 +66,38 @@ def test_a_package_that_cannot_be_written_is_never_new(monkeypatch: pytest.Monke
     assert not module.compiles_anew(["imaging"])
 
 
+def test_a_folder_that_somebody_else_made_is_not_taken(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Where it exists and is read-only, that of NUMBA_CACHE_DIR is; where that is too, numba chooses."""
+    package, given = tmp_path / "package", tmp_path / "given"
+    (package / "imaging").mkdir(parents=True)
+    monkeypatch.setattr(module, "PACKAGE", package)
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
+    own = module._folder("imaging")
+    assert own is not None
+    assert own.is_relative_to(package)
+    monkeypatch.setattr(module.os, "access", lambda path, mode: not Path(path).is_relative_to(package))
+    assert module._folder("imaging") is None
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(given))
+    assert module._folder("imaging") == given / own.name
+
+
+def test_where_nothing_can_be_written_kernels_are_compiled_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    real = numba.njit
+
+    def refusing(**settings: object) -> object:
+        if settings.get("cache"):
+            raise RuntimeError("cannot cache function: no locator available")
+        return real(**settings)
+
+    monkeypatch.setattr(numba, "njit", refusing)
+
+    @compiled
+    def treble(value: float) -> float:
+        return 3.0 * value
+
+    assert treble(2.0) == 6.0
+
+
 def test_a_function_outside_the_package_is_compiled_too() -> None:
     @compiled
     def double(values: np.ndarray) -> np.ndarray:

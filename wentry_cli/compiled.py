@@ -23,7 +23,8 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 PACKAGE = Path(__file__).resolve().parent
-KERNELS = "__pycache__/kernels-{room}-{digest}"  # below the package
+KERNELS = "kernels-{room}-{digest}"  # below the package's __pycache__, or below NUMBA_CACHE_DIR
+ARITHMETIC: dict[str, Any] = {"nogil": True, "fastmath": False, "error_model": "numpy"}
 FIRST_RUN = "first run: the numerics are compiled now, once, which takes some minutes"
 KEPT_S = 86_400.0  # another process may still use yesterday's kernels
 _IMPORT = re.compile(r"wentry_cli\.(\w+)")
@@ -33,20 +34,21 @@ def compiled(function: Callable[P, T]) -> Callable[P, T]:
     """Compile ``function`` with numba on its first call and keep its type for the type checker."""
     import numba
 
-    jit = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")
     settings: Any = numba.config
     before = settings.CACHE_DIR
     settings.CACHE_DIR = _cache_folder(_room_of(function.__module__)) or before
     try:
-        return cast("Callable[P, T]", jit(function))
+        return cast("Callable[P, T]", numba.njit(cache=True, **ARITHMETIC)(function))
+    except RuntimeError:  # numba finds no folder to write into: the kernels live as long as the process
+        return cast("Callable[P, T]", numba.njit(**ARITHMETIC)(function))
     finally:
         settings.CACHE_DIR = before
 
 
 def compiles_anew(rooms: Iterable[str]) -> bool:
     """Whether one of ``rooms`` keeps no kernel of today's sources though there is a place, so that it is compiled."""
-    kept = (PACKAGE / KERNELS.format(room=room, digest=_digest(room)) for room in rooms)
-    return os.access(PACKAGE, os.W_OK) and not all(any(folder.glob("**/*.nbc")) for folder in kept)
+    folders = [_folder(room) for room in rooms]
+    return any(folder is not None and not any(folder.glob("**/*.nbc")) for folder in folders)
 
 
 def _room_of(module: str) -> str | None:
@@ -56,16 +58,29 @@ def _room_of(module: str) -> str | None:
 
 @cache
 def _cache_folder(room: str | None) -> str | None:
-    """Folder for the kernels of ``room``, ``None`` (numba's choice) outside the package or where it is read-only."""
-    if room is None:
-        return None
-    folder = PACKAGE / KERNELS.format(room=room, digest=_digest(room))
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
+    """Folder for the kernels of ``room``, ``None`` (numba's choice) outside the package or where none is writable."""
+    folder = None if room is None else _folder(room)
+    if folder is None:
         return None
     _sweep(folder, KERNELS.format(room=room, digest="*"))
     return str(folder)
+
+
+def _folder(room: str) -> Path | None:
+    """The folder of today's sources of ``room``: beside them, else in ``NUMBA_CACHE_DIR``; made where it is not."""
+    import numba
+
+    settings: Any = numba.config
+    given = settings.CACHE_DIR
+    for place in (PACKAGE / "__pycache__", *([Path(given)] if given else [])):
+        folder = place / KERNELS.format(room=room, digest=_digest(room))
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError:
+            continue
+        if os.access(folder, os.W_OK):  # one that somebody else made exists, and takes nothing
+            return folder
+    return None
 
 
 def _digest(room: str) -> str:
@@ -89,6 +104,6 @@ def _closure(room: str) -> set[str]:
 
 
 def _sweep(folder: Path, pattern: str) -> None:
-    for old in PACKAGE.glob(pattern):
+    for old in folder.parent.glob(pattern):
         if old != folder and time.time() - old.stat().st_mtime > KEPT_S:
             shutil.rmtree(old, ignore_errors=True)

@@ -57,13 +57,15 @@ class Gathered:
 class FrameUnreadableError(InputError):
     """One frame of a readable recording is missing or damaged; the frame gets a status and the clip goes on.
 
-    ``status`` is the word for ``frames.csv``: ``bad_frame`` or ``gap``.
+    ``status`` is the word for ``frames.csv``: ``bad_frame`` or ``gap``; ``file`` the name of the frame's own file,
+    empty where it has none.
     """
 
     def __init__(self, message: str, status: str = "bad_frame") -> None:
         """Keep the sentence and the status word."""
         super().__init__(message)
         self.status = status
+        self.file = ""
 
 
 class TooFewMeasurementsError(WentryError):

@@ -17,6 +17,10 @@ def _frames(video: Path) -> list[Path]:
     return sorted((video / "side").iterdir())
 
 
+def _lines(video: Path) -> list[str]:
+    return (video / "experiment.yaml").read_text().splitlines()
+
+
 def _edit(video: Path, old: str, new: str) -> None:
     path = video / "experiment.yaml"
     text = path.read_text()
@@ -232,8 +236,12 @@ def test_a_source_that_is_not_there_is_told_with_its_key_and_what_lies_there(wen
     for words in (("check", video), ("process", video, "-o", video.parent.parent / "results")):
         done = wentry(*words, "--set", "views.side.source=sid2")
         assert done.code == 4
-        assert f"{video / 'sid2'}: no such file or folder; did you mean 'side'? check views.side.source: in" in done.err
+        told = "--set views.side.source: error: views.side.source: "
+        assert f"{told}{video / 'sid2'}: no such file or folder; did you mean 'side'? in" in done.err
         assert "lie experiment.yaml, overhead, side" in done.err
+    _edit(video, "source: side", "source: sid2")
+    place = f"{video / 'experiment.yaml'}:{next(k for k, line in enumerate(_lines(video), 1) if 'source:' in line)}:5"
+    assert wentry("check", video).err.startswith(f"{place}: error: views.side.source: {video / 'sid2'}: no such file")
 
 
 def test_a_region_outside_of_the_picture_is_a_mistake_of_the_configuration(wentry: Command, video: Path) -> None:

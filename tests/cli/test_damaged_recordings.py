@@ -56,10 +56,13 @@ def test_check_finds_damaged_frames_where_it_is_asked_to_read_them(
     assert (
         f"headers alone were read; wentry check {video} --frames reads every frame and names damaged ones" in done.err
     )
+    done = wentry("check", video, "--set", "views.side.frames=[0, 10]")
+    assert done.code == 5
+    assert "small: the recording has 11 frames, analysis.min_frames asks for 12" in done.err
     done = wentry("check", video, "--frames")
     assert done.code == 0, done.err
-    assert f"small: 1 of {len(images)} frames of the side view cannot be read (40)" in caplog.text
-    assert f"small: 1 of {len(images)} frames of the side view are missing (50)" in caplog.text
+    assert f"small: 1 of {len(images)} frames of the side view cannot be read: 40 ({images[40].name})" in caplog.text
+    assert f"small: 1 of {len(images)} frames of the side view are missing: 50" in caplog.text
     assert "small: frames done" in done.err
     assert "headers alone" not in done.err
     told = json.loads(wentry("check", video, "--frames", "--json", "-q").out)

@@ -32,7 +32,9 @@ def test_a_drop_shows_its_views_with_the_rate_that_is_given(wentry: Command, vid
     (one,) = _told(wentry, video)
     assert (one["drop"], one["view"], one["path"]) == ("small", "side", str(video / "side"))
     assert (one["fps"], one["fps_source"], one["fps_trusted"]) == (1000.0, "given", True)
+    assert (one["exposure_s"], one["exposure_source"]) == (1e-4, "given")
     shown = wentry("info", video).out
+    assert "duplicate_frames:      –  (frames that equal the one before; --duplicates counts them)" in shown
     assert shown.startswith("drop:                  small\nview:                  side\n")
 
 
@@ -54,10 +56,14 @@ def test_a_campaign_shows_each_drop_and_tells_what_is_missing(wentry: Command, v
 def test_a_drop_that_is_not_filled_in_shows_what_lies_there(wentry: Command, video: Path) -> None:
     (video / "experiment.yaml").unlink()
     assert wentry("init", video).code == 0
+    _write(video / "still", "a_1.png")
     done = wentry("info", video)
     assert done.code == 3
+    assert f"\n\npath:                  {video / 'still'}\n" in done.out  # that of nobody, as far as is known
     assert "sphere.diameter_m: is left empty; fill it in" in done.err
-    assert done.out.startswith(f"drop:                  small\npath:                  {video / 'side'}\n")
+    assert done.out.startswith(
+        f"drop:                  small\nview:                  side\npath:                  {video / 'side'}\n"
+    )
 
 
 def test_a_folder_of_recordings_shows_each(wentry: Command, video: Path) -> None:

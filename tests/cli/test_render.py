@@ -26,6 +26,7 @@ def scenes(tmp_path: Path) -> Path:
 def test_a_campaign_is_drawn_and_counted(wentry: Command, scenes: Path, tmp_path: Path) -> None:
     done = wentry("render", scenes, "-o", tmp_path / "videos")
     assert done.code == 0, done.err
+    assert wentry("render", scenes, "-o", tmp_path / "videos", "--drop", "smal").code == 4
     assert "1 of 1 drop drawn" in done.err
     assert (tmp_path / "videos" / "small" / "experiment.yaml").is_file()
 

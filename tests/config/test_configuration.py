@@ -16,7 +16,7 @@ from wentry_cli.config.models import Experiment, water_properties
 from wentry_cli.config.places import Document, read_document
 from wentry_cli.config.scaffold import write_scaffold
 from wentry_cli.errors import ConfigurationError, InputError
-from wentry_cli.runner.commands import overrides_document
+from wentry_cli.runner.commands import overrides_document, read_campaign
 
 GOOD = """\
 kind: water_entry
@@ -221,6 +221,28 @@ def test_own_materials_stand_beside_the_campaign(tmp_path: Path) -> None:
     drop = read_drop("a", _write(tmp_path / "a", GOOD.replace("rigid", "jelly")))
     assert drop.material is not None
     assert drop.material.g_inf_pa == 900
+
+
+def test_what_every_drop_overrides_is_checked_too(tmp_path: Path) -> None:
+    """Keys that stand in campaign.yaml are right each by itself; that they are not all keys is no mistake."""
+    for text in ("kind: free_flight\nsphere:\n  material: rigid\nviews: {side: {fps: 1000}}\n", "sphere:\nviews:\n"):
+        _write(tmp_path, text, "campaign.yaml")
+        read_drop("a", _write(tmp_path / "a", GOOD), top=tmp_path)
+    shared = _write(tmp_path, "kind: water_entryy\nviews: {side: {fps: -1}}\n", "campaign.yaml") / "campaign.yaml"
+    with pytest.raises(ConfigurationError) as caught:
+        read_drop("a", tmp_path / "a", top=tmp_path)
+    first, second = str(caught.value).splitlines()
+    assert first.startswith(f"{shared}:1:1: error: kind: must be one of")
+    assert second.startswith(f"{shared}:2:16: error: views.side.fps: must be")
+
+
+def test_a_source_that_is_missing_does_not_hide_behind_an_empty_key(tmp_path: Path) -> None:
+    _write(tmp_path, "kind: water_entry\nsphere:\n  diameter_m:\nviews:\n  side: {source: gone, fps: 2000}\n")
+    with pytest.raises(ConfigurationError) as caught:
+        read_campaign(tmp_path)
+    told = str(caught.value)
+    assert "experiment.yaml:3:3: error: sphere.diameter_m: is left empty" in told
+    assert f"experiment.yaml:5:10: error: views.side.source: {tmp_path / 'gone'}: no such file or folder" in told
 
 
 def test_drops_are_found_at_any_depth(tmp_path: Path) -> None:

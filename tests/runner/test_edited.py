@@ -36,6 +36,18 @@ def test_an_edited_table_is_said(results: Path, capsys: pytest.CaptureFixture[st
     assert f"{path}: not as the stage kinematics wrote it" in capsys.readouterr().err
 
 
+def test_of_a_table_that_fit_writes_it_is_said_that_fit_makes_it_anew(
+    results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = results / "small" / "summary.csv"
+    before = path.read_text()
+    path.write_text(before + "\n")
+    assert call_wentry("fit", results) == 0
+    told = capsys.readouterr().err
+    assert f"{path}: not as the stage summary wrote it; a report shows it as it is, `wentry fit` makes it anew" in told
+    assert path.read_text() == before
+
+
 @pytest.mark.parametrize("table", ["kinematics", "side", "geometry"])
 def test_an_edit_that_breaks_a_stage_is_no_mistake_of_ours(
     results: Path, table: str, capsys: pytest.CaptureFixture[str]

@@ -150,7 +150,7 @@ def test_compression_gives_the_modulus_in_either_unit(tmp_path, unit, factor):
 
 
 def test_rows_of_others_stay_and_own_rows_are_replaced(tmp_path):
-    write_test(tmp_path / "a.csv", "displacement_m,force_N")
+    write_test(tmp_path / "a.csv", "Displacement_m,force_n")  # any case, as in compression.csv
     write_test(tmp_path / "b.csv", "displacement_m,force_N", modulus=1235.0)
     calibrate_compression(read_compression(tmp_path / "a.csv"), 0.0974, tmp_path, material="a")
     calibrate_compression(read_compression(tmp_path / "a.csv"), 0.0974, tmp_path, material="b")

@@ -42,10 +42,25 @@ def test_a_gap_and_a_truncated_image_are_rows_and_told(
     ingest.run(tmp_path / "out", read_drop("drop", drop))
     frames = read_table(tmp_path / "out", "frames")
     assert list(frames.status[2:7]) == ["ok", "gap", "ok", "bad_frame", "ok"]
-    assert "frames of the side view cannot be read (5); they are left out" in caplog.text
-    assert "frames of the side view are missing (3); they are left out" in caplog.text
+    assert f"frames of the side view cannot be read: 5 ({images[5].name}); they are left out" in caplog.text
+    assert "frames of the side view are missing: 3 (number 4); they are left out" in caplog.text
     assert frames.mean_level.isna().sum() == 2
     assert frames.time_s.notna().all()
+
+
+def test_damage_is_told_by_file_and_by_the_cameras_number(
+    drop: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The names of a camera seldom begin at 0: the file that has the frame's index is a healthy one."""
+    for number, image in reversed(list(enumerate(sorted((drop / "side").iterdir())))):
+        image.rename(image.with_name(f"shot_{number + 10:04d}.png"))
+    (drop / "side" / "shot_0013.png").unlink()
+    (drop / "side" / "shot_0015.png").write_bytes((drop / "side" / "shot_0015.png").read_bytes()[:400])
+    (drop / "side" / "shot_0017.png").write_bytes((drop / "side" / "shot_0016.png").read_bytes())
+    ingest.run(tmp_path / "out", read_drop("drop", drop))
+    assert "cannot be read: 5 (shot_0015.png); they are left out" in caplog.text
+    assert "are missing: 3 (number 13); they are left out" in caplog.text
+    assert "bit by bit, first frame 7 (number 17), which" in caplog.text
 
 
 def test_both_views_share_the_clock(tmp_path: Path) -> None:
@@ -146,13 +161,16 @@ def test_what_a_recording_has_to_tell_is_told(drop: Path, tmp_path: Path, caplog
     assert "drop: views.side.source: 'side_3.png' has the number of" in caplog.text
 
 
-@pytest.mark.parametrize("background", ["nothing.png", "small.png"])
-def test_a_background_that_does_not_fit_leaves_no_table(tmp_path: Path, background: str) -> None:
+@pytest.mark.parametrize(
+    ("background", "told"),
+    [("nothing.png", "no such file"), ("small.png", "is 10 x 10 pixels"), ("side", "is a folder, not an image")],
+)
+def test_a_background_that_does_not_fit_leaves_no_table(tmp_path: Path, background: str, told: str) -> None:
     folder = render(tmp_path / "drop", clip=CLIP)
     cv2.imwrite(str(folder / "small.png"), np.full((10, 10), 200, np.uint8))
     change(folder, "side", background=background)
     drop = read_drop("drop", folder)
-    with pytest.raises(InputError, match=r"views.side.background"):
+    with pytest.raises(InputError, match=rf"views.side.background.*{told}"):
         ingest.run(tmp_path / "out", drop)
     assert not (tmp_path / "out" / "frames.csv").exists()
 

@@ -35,6 +35,8 @@ def test_every_measured_row_is_full_and_the_others_say_why(tmp_path: Path) -> No
     side.loc[120:122, ["y_b_m", "y_b_m_unc", "stretch", "stretch_unc", "center_x_px", "center_y_px"]] = np.nan
     side.loc[120:122, "status"] = "no_edge"
     side.loc[150, "status"] = "manual"
+    side.loc[160, ["y_b_m", "y_b_m_unc", "stretch", "stretch_unc"]] = np.nan
+    side.loc[160, "status"] = "manual"  # left out by hand
     side.loc[170, "y_b_m"] += 0.004
     write_table(tmp_path, "side", side)
     drop = make_drop()
@@ -48,7 +50,7 @@ def test_every_measured_row_is_full_and_the_others_say_why(tmp_path: Path) -> No
     assert table["v_b_m_s"][100:105].notna().all()
     assert set(table["status"][120:123]) == {"no_edge"}
     assert table["y_b_m"][120:123].isna().all()
-    assert table["status"][150] == "manual"
+    assert list(table["status"][[150, 160]]) == ["manual", "manual"]
     assert table["status"][170] == "poor_fit"
 
 

@@ -31,7 +31,10 @@ def write(path: Path, document: object) -> Path:
         ({"drops": [{**DROP, "impact_speed_m_s": 3.0}]}, "impact_speed_m_s"),
         ({"drops": [{k: v for k, v in DROP.items() if k != "side"}]}, "at least one view"),
         ({"drops": [DROP, DROP]}, r"scenes.yaml:\d+:3: error: drops.1.name: two drops share the name a"),
-        ({"drops": [{**DROP, "sphere": {"diameter_m": 0.05, "material": "cheese"}}]}, "cheese"),
+        (
+            {"drops": [{**DROP, "sphere": {"diameter_m": 0.05, "material": "cheese"}}]},
+            "'cheese' is not .* give `materials",
+        ),
         ({"scenes": [DROP]}, "drops"),
         ({"drops": [DROP], "colour": 1}, "colour"),
         ([DROP], "key: value"),
@@ -46,6 +49,7 @@ def write(path: Path, document: object) -> Path:
             "sphere.law.g_inf_pa",
         ),
         ({"materials": "none.yaml", "drops": [DROP]}, "none.yaml"),
+        ({"drops": [{**DROP, "name": "../a"}]}, r"name: is that of a folder: letters, digits and _.* not '../a'"),
     ],
 )
 def test_a_wrong_scenes_file_says_what_is_wrong(tmp_path, document, word):

@@ -15,7 +15,8 @@ from wentry_cli.cli import options as opt
 @click.argument("truth", type=opt.FOLDER)
 @opt.options(opt.only, opt.as_json)
 def command(results: Path, truth: Path, only: tuple[str, ...], as_json: bool) -> None:
-    """Errors of RESULTS against TRUTH: a rendered campaign, or a CSV with `frame` and hand-tracked columns.
+    """Errors of RESULTS against TRUTH: a rendered campaign, or a CSV with `frame` or `t_s` and
+    hand-tracked columns such as y_b_m.
 
     n: values measured of those that can be; pull: rms of the errors over the stated uncertainties, 1 where these are
     honest; >3u: share of errors beyond three of them; – where no uncertainty is stated. What errs by the

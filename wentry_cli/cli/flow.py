@@ -62,6 +62,7 @@ class Flow:
         from wentry_cli.cli.console import reporting, show_json
         from wentry_cli.compiled import FIRST_RUN, compiles_anew
         from wentry_cli.runner.commands import finish, keep_raw_data, locked, tell_failures, work
+        from wentry_cli.runner.twice import warn_of_twice
 
         keep_raw_data(campaign, self.results)  # before the lock, which makes the folder
         if not self.quiet and compiles_anew(order.kernels(campaign)):
@@ -72,6 +73,9 @@ class Flow:
                     tell_failures(campaign, report)
                 done = work(campaign, self.results, order, report)
             record = finish(campaign, self.results, order)
+            twice = [] if self.quiet else warn_of_twice(self.results, order.shown)
+        for sentence in twice:
+            click.echo(sentence, err=True)
         if self.as_json:
             show_json(record)
         elif not self.quiet and not (order.measures and campaign.failures):

@@ -9,6 +9,11 @@ import click
 
 from wentry_cli.cli import options as opt
 
+MEANT = {
+    "duplicates": "  (files whose frame number another one has)",
+    "duplicate_frames": "  (frames that equal the one before; --duplicates counts them)",
+}
+
 
 @click.command(name="info")
 @click.argument("paths", type=opt.FOLDER, nargs=-1, required=True)
@@ -33,7 +38,7 @@ def command(paths: tuple[Path, ...], duplicates: bool, as_json: bool) -> None:
     else:
         for facts in described:
             for name, value in facts.items():
-                click.echo(f"{name + ':':22} {_shown(value)}")
+                click.echo(f"{name + ':':22} {_shown(value)}{MEANT.get(name, '')}")
             click.echo()
     problems.complain()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from wentry_cli.comparison.hand_table import read_hand_table, read_numbers
 from wentry_cli.comparison.statistics import ErrorStatistics, error_statistics
 from wentry_cli.config.places import read_document
 from wentry_cli.errors import InputError
@@ -39,6 +41,7 @@ NUMBERS = (
     ("surface_y_px", "geometry", "surface_y_px"),
 )
 OF_CLOSURE = ("t_p_s", "y_p_m")
+OF_IMPACT = ("u0_m_s", "surface_y_px")  # what meets no surface has neither
 WORDS = (("seal_type", "seal_type"), ("pinch_off_cavity", "pinch_off_cavity"))
 
 
@@ -62,9 +65,8 @@ class Comparison:
 def compare(results: Path, truth: Path, only: Sequence[str] = ()) -> list[Comparison]:
     """Compare every drop of ``results`` that has a truth, or those named in ``only``.
 
-    ``truth`` is a folder as ``wentry render`` writes it (drops with ``truth/``), or one CSV with ``frame`` or ``t_s``
-    and columns of side.csv or kinematics.csv, for results of a single drop. Raises ``InputError`` where nothing can be
-    compared.
+    ``truth`` is a folder as ``wentry render`` writes it (drops with ``truth/``), or a hand-tracked table of one drop
+    (see ``read_hand_table``). Raises ``InputError`` where nothing can be compared.
     """
     drops = sorted(path.parent for path in results.glob("*/drop.json"))
     unknown = sorted(set(only) - {folder.name for folder in drops})
@@ -79,7 +81,8 @@ def compare(results: Path, truth: Path, only: Sequence[str] = ()) -> list[Compar
             raise InputError(
                 f"{truth}: a hand-tracked table is of one drop, but {results} holds {len(drops)}; name it with --drop"
             )
-        found = list(_against_table(drops[0], _read_csv(truth)))
+        accepted = tuple(dict.fromkeys(column for *_, column in SERIES))
+        found = list(_against_table(drops[0], read_hand_table(truth, drops[0], accepted)))
     else:
         found = [line for folder in drops for line in _against_truth(folder, _truth_folder(truth, folder.name))]
     if not found:
@@ -98,7 +101,9 @@ def _against_truth(folder: Path, truth: Path) -> Iterator[Comparison]:
     table = truth / "truth.csv"
     if not table.is_file():
         return
-    frame = _read_csv(table)
+    frame = read_numbers(table, {"frame", *(column for *_, column in SERIES)})
+    if "frame" not in frame:
+        raise InputError(f"{table}: has no column frame; give the folder that `wentry render` wrote")
     if "measurable" in frame:
         hidden = ~frame["measurable"].astype(str).str.lower().isin(["true", "1", "1.0"])
         frame.loc[hidden, [name for name in frame if name not in ("frame", "time_s", "t_s")]] = np.nan
@@ -127,8 +132,9 @@ def _against_table(folder: Path, truth: pd.DataFrame) -> Iterator[Comparison]:
 
 
 def _numbers(folder: Path, truth: dict[str, Any], *, closed: bool) -> Iterator[Comparison]:
+    kind = _kind(folder)
     for key, table, column in NUMBERS:
-        wanted = truth.get(key)
+        wanted = None if kind == "free_flight" and key in OF_IMPACT else truth.get(key)
         if not isinstance(wanted, int | float) or not has_table(folder, table) or (key in OF_CLOSURE and not closed):
             continue
         row = read_table(folder, table).iloc[0]
@@ -139,14 +145,24 @@ def _numbers(folder: Path, truth: dict[str, Any], *, closed: bool) -> Iterator[C
     if not has_table(folder, "summary"):
         return
     row = read_table(folder, "summary").iloc[0]
-    for key, column in WORDS:
-        if key in truth and closed:
+    for key, column in WORDS if kind == "water_entry" and closed else ():
+        # only the cavity that closes at a neck at depth has a number
+        if key in truth and not (key == "pinch_off_cavity" and truth.get("seal_type", "deep_seal") != "deep_seal"):
             measured, wanted = _word(row[column]), _word(truth[key])
             # nothing said of what there was is no wrong word, and nothing said of nothing is a right one
             silent = np.nan if wanted else 1.0
             hit = float(measured == wanted) if measured else silent
             errors = error_statistics(np.array([hit]), np.array([1.0]))
             yield Comparison(folder.name, "summary", column, "–", errors, f"{measured or '–'}; truth {wanted or '–'}")
+
+
+def _kind(folder: Path) -> str:
+    """The kind of the drop as it was processed; a damaged record is taken for an entry into water."""
+    try:
+        record = json.loads((folder / "drop.json").read_text(encoding="utf-8"))
+        return str(record["experiment"]["kind"])
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return "water_entry"
 
 
 def _peaks(folder: Path, peaks: list[float]) -> Iterator[Comparison]:
@@ -165,16 +181,3 @@ def _word(value: Any) -> str:
 
 def _unit(table: str, column: str) -> str:
     return next(item.unit for item in TABLES[table].columns if item.name == column)
-
-
-def _read_csv(path: Path) -> pd.DataFrame:
-    try:
-        frame = pd.read_csv(path)
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: not a readable CSV table ({error})") from error
-    if "frame" not in frame:
-        raise InputError(f"{path}: needs a column `frame` (from 0) beside the columns to compare, such as y_b_m")
-    for name in {"frame", *(column for _, _, column in SERIES)} & set(frame.columns):
-        if not pd.api.types.is_numeric_dtype(frame[name]):
-            raise InputError(f"{path}: column {name} holds what is no number; leave such cells empty")
-    return frame

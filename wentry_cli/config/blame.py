@@ -12,20 +12,24 @@ from wentry_cli.errors import ConfigurationError
 
 
 def wrong_key(drop: Drop, key: str, value: Any, message: str) -> ConfigurationError:
-    """An error about ``key`` (dotted) of ``experiment.yaml`` or ``campaign.yaml``, whichever gave it ``value``.
+    """An error about ``key`` (dotted) of ``experiment.yaml`` or ``campaign.yaml``, whichever gave it ``value``."""
+    return ConfigurationError(f"{place_of(drop, key, value)}: error: {key}: {message}")
+
+
+def place_of(drop: Drop, key: str, value: Any) -> str:
+    """Where ``key`` (dotted) was given its ``value``, as ``file:line:column``.
 
     A value from ``--set`` has no place in a file and is named as that, a default by the drop's file alone.
     """
     path: KeyPath = tuple(key.split("."))
     if _is_set(drop.overrides, path):
-        return ConfigurationError(f"--set {key}: error: {key}: {message}")
+        return f"--set {key}"
     file = drop.folder / EXPERIMENT
     for candidate in (file, drop.shared.path):
         document = _read_again(candidate)
         if document is not None and path in document.places:
-            place = document.places[path] if _value_at(document.data, path) == value else file
-            return ConfigurationError(f"{place}: error: {key}: {message}")
-    return ConfigurationError(f"{file}: error: {key}: {message}")
+            return str(document.places[path] if _value_at(document.data, path) == value else file)
+    return str(file)
 
 
 def _is_set(data: Any, path: KeyPath) -> bool:

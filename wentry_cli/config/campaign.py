@@ -11,7 +11,7 @@ from typing import Any
 from wentry_cli.config.corrections import Corrections, read_corrections
 from wentry_cli.config.inheritance import Shared, find_shared
 from wentry_cli.config.materials import Material, calibrated, find_material, packaged_config
-from wentry_cli.config.messages import validate
+from wentry_cli.config.messages import located, validate, validate_part
 from wentry_cli.config.models import Experiment, View
 from wentry_cli.config.places import Document, KeyPath, read_document
 from wentry_cli.config.plausible import refuse_implausible
@@ -65,12 +65,15 @@ class Drop:
         return path
 
     def _not_there(self, view: str, path: Path) -> str:
+        from wentry_cli.config.blame import place_of
+
         there = path.parent if path.parent.is_dir() else self.folder
         names = sorted(item.name for item in there.iterdir() if not item.name.startswith(".")) if there.is_dir() else []
         near = difflib.get_close_matches(path.name, names, n=1, cutoff=0.6)
         shown = ", ".join(names[:SHOWN]) + (" and others" if len(names) > SHOWN else "")
         hint = f"did you mean '{near[0]}'? " if near else ""
-        return f"{path}: no such file or folder; {hint}check views.{view}.source: in {there} lie {shown or 'no files'}"
+        where = f"{place_of(self, f'views.{view}.source', self.view(view).source)}: error: views.{view}.source"
+        return f"{where}: {path}: no such file or folder; {hint}in {there} lie {shown or 'no files'}"
 
     def with_calibration(self, results: Path) -> Drop:
         """The same drop with the material that a calibration in ``results`` gave, where there is one."""
@@ -170,13 +173,18 @@ def read_drop(name: str, folder: Path, overrides: Document | None = None, top: P
     it stands alone. Raises ``ConfigurationError`` with every problem and its place.
     """
     document = read_document(folder / EXPERIMENT)
-    shared = find_shared(folder, top or folder)
+    shared, problems = find_shared(folder, top or folder), Gathered()
     if shared.path is not None:
-        document = document.over(_shared_keys(shared.path))
+        beneath = _shared_keys(shared.path)
+        with problems.part():  # also those that every drop overrides
+            validate_part(Experiment, beneath)
+        document = document.over(beneath)
     if overrides is not None:
         document = overrides.over(document)
+    with problems.part():
+        validate(Experiment, document)
+    problems.complain()  # those of campaign.yaml too
     experiment = validate(Experiment, document)
-    problems = Gathered()
     with problems.part():
         refuse_implausible(experiment, folder, document)
     beside = (shared.path.parent if shared.path else folder) / "materials.yaml"
@@ -189,6 +197,35 @@ def read_drop(name: str, folder: Path, overrides: Document | None = None, top: P
     problems.complain()
     given = {} if overrides is None else overrides.data
     return Drop(name, folder, experiment, material, materials, corrections, top or folder, shared, given)
+
+
+def missing_sources(folder: Path, overrides: Document | None = None) -> list[str]:
+    """Of a drop whose keys are not all right: those recordings that it names and that are not there, by place."""
+    try:
+        document = read_document(folder / EXPERIMENT)
+    except ConfigurationError:
+        return []
+    document = overrides.over(document) if overrides else document
+    return [
+        str(located(folder / EXPERIMENT, f"views.{name}.source", f"{path}: no such file or folder", document))
+        for path, name in _sources(folder, document).items()
+        if not set(Path(path).name) & set("*?[") and not os.path.exists(path)
+    ]
+
+
+def named_sources(folder: Path) -> dict[str, str]:
+    """Of a drop whose keys are not all right: the view of each recording that it names, by the recording's path."""
+    try:
+        return _sources(folder, read_document(folder / EXPERIMENT))
+    except ConfigurationError:
+        return {}
+
+
+def _sources(folder: Path, document: Document) -> dict[str, str]:
+    views = document.data.get("views")
+    shown = views.items() if isinstance(views, dict) else ()
+    given = {name: view.get("source") for name, view in shown if isinstance(view, dict)}
+    return {str(folder / source): name for name, source in given.items() if isinstance(source, str)}
 
 
 def _shared_keys(path: Path) -> Document:

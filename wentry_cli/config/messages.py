@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
@@ -38,10 +39,10 @@ _PLAIN = {
 _SHAPES = ("float_type", "int_type", "model_type", "tuple_type", "string_type", "model_attributes_type")
 
 
-def configuration_error(error: ValidationError, document: Document, model: type[BaseModel]) -> ConfigurationError:
-    """One error that lists every problem on a line of its own, in the order of the file."""
+def configuration_error(found: Iterable[Any], document: Document, model: type[BaseModel]) -> ConfigurationError:
+    """One error that lists every problem that was ``found`` on a line of its own, in the order of the file."""
     by_path: dict[KeyPath, list[Any]] = {}
-    for problem in error.errors(include_url=False):
+    for problem in found:
         by_path.setdefault(_key_path(problem, document.data), []).append(problem)
     lines: list[tuple[int, int, str]] = []
     for path, problems in by_path.items():
@@ -142,7 +143,24 @@ def validate(model: type[M], document: Document) -> M:
     try:
         return model.model_validate(document.data)
     except ValidationError as error:
-        raise configuration_error(error, document, model) from error
+        raise configuration_error(error.errors(include_url=False), document, model) from error
+
+
+def validate_part(model: type[BaseModel], document: Document) -> None:
+    """Check the keys that ``document`` gives of ``model``, each by itself: others are given elsewhere.
+
+    Raises ``ConfigurationError`` with every problem and its place.
+    """
+    try:
+        model.model_validate(document.data)
+    except ValidationError as error:
+        whole = (dict, BaseModel, type(None))  # not wrong in themselves: something is missing there
+        found = [
+            one for one in error.errors(include_url=False)
+            if one["type"] != "missing" and not isinstance(one["input"], whole)
+        ]  # fmt: skip
+        if found:
+            raise configuration_error(found, document, model) from error
 
 
 def located(file: Path, key: str, message: str, document: Document) -> ConfigurationError:

@@ -8,17 +8,22 @@ from pathlib import Path
 from wentry_cli.errors import FrameUnreadableError
 from wentry_cli.frames.formats import open_recording
 from wentry_cli.frames.identity import recording_files
-from wentry_cli.frames.reader import Recording
+from wentry_cli.frames.reader import RATE_GIVEN, RATE_UNKNOWN, Recording
 
 
 def describe(
-    path: Path, *, count_duplicates: bool = False, fps: float | None = None, frames: tuple[int, int] | None = None
+    path: Path,
+    *,
+    count_duplicates: bool = False,
+    fps: float | None = None,
+    exposure_s: float | None = None,
+    frames: tuple[int, int] | None = None,
 ) -> dict[str, object]:
     """Return format, size, depth, rate and where it came from, exposure, gaps and duplicates of ``path``.
 
     All values are JSON-able; None means that the recording does not say. With ``count_duplicates`` every frame is read
-    to find those that equal the one before (``duplicate_frames``). ``fps``, ``frames`` and what is raised are those
-    of ``open_recording``.
+    to find those that equal the one before (``duplicate_frames``). A given ``exposure_s`` stands over the header's.
+    ``fps``, ``frames`` and what is raised are those of ``open_recording``.
     """
     recording = open_recording(path, fps=fps, frames=frames)
     try:
@@ -39,7 +44,8 @@ def describe(
             "fps": info.fps,
             "fps_source": info.fps_source,
             "fps_trusted": info.rate_trusted,
-            "exposure_s": info.exposure_s,
+            "exposure_s": info.exposure_s if exposure_s is None else exposure_s,
+            "exposure_source": RATE_GIVEN if exposure_s is not None else "header" if info.exposure_s else RATE_UNKNOWN,
             "duration_s": duration,
             "first_camera_frame": int(numbers[0]),
             "last_camera_frame": int(numbers[-1]),

@@ -163,7 +163,11 @@ class ImageFolder:
         index = checked_index(index, self.info)
         x0, y0, x1, y1 = checked_region(region, self.info)
         if self._last is None or self._last[0] != index:
-            self._last = (index, self._decode(index))
+            try:
+                self._last = (index, self._decode(index))
+            except FrameUnreadableError as error:
+                error.file = self._numbering.names[index] or ""
+                raise
         return self._last[1][y0:y1, x0:x1].copy()
 
     def _decode(self, index: int) -> Frame:

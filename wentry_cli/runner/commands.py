@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from wentry_cli.config.campaign import Drop, find_drops, read_drop
+from wentry_cli.config.campaign import Drop, find_drops, missing_sources, read_drop
 from wentry_cli.config.inheritance import find_shared, notes_of
 from wentry_cli.config.places import Document, Place, followed, read_value
 from wentry_cli.errors import CampaignError, ConfigurationError, InputError, NoDropError, WentryError
@@ -105,7 +105,8 @@ def read_campaign(video_dir: Path, settings: tuple[str, ...] = (), only: tuple[s
         try:
             campaign.drops.append(read_drop(name, found[name], overrides, video_dir))
         except WentryError as error:
-            campaign.failures.append(Failure(name, CONFIGURATION, error.exit_code, str(error)))
+            sentence = "\n".join([str(error), *missing_sources(found[name], overrides)])
+            campaign.failures.append(Failure(name, CONFIGURATION, error.exit_code, sentence))
     if not campaign.drops:
         lines = dict.fromkeys(line for failure in campaign.failures for line in failure.sentence.splitlines())
         raise ConfigurationError("\n".join([*lines, *campaign.notes]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from wentry_cli.pipeline import stages_of
 from wentry_cli.provenance import digest_of_file
 from wentry_cli.runner.record import STAGES, read_json
 from wentry_cli.tables import table_path
@@ -24,8 +25,10 @@ def edited_tables(folder: Path) -> dict[str, str]:
 
 def warn_of_edits(folder: Path) -> list[str]:
     """A sentence for each table of the drop in ``folder`` that was changed after its stage had written it."""
+    fits = {stage.name for stage in stages_of("fit")}
+    used = "its numbers are used as they are, `wentry run` or `wentry process` makes it anew"
+    shown = "a report shows it as it is, `wentry fit` makes it anew"
     return [
-        f"{table_path(folder, name)}: not as the stage {stage} wrote it; its numbers are used as they are, "
-        f"`wentry run` or `wentry process` makes it anew"
+        f"{table_path(folder, name)}: not as the stage {stage} wrote it; {shown if stage in fits else used}"
         for name, stage in edited_tables(folder).items()
     ]

@@ -79,6 +79,16 @@ def _refuse_too_few(drop: Drop, words: dict[str, list[str]]) -> None:
         )
 
 
+def _refuse_too_short(drop: Drop, counts: list[int]) -> None:
+    """Nor more than the header counts, within the range that was chosen."""
+    least = drop.experiment.analysis.min_frames
+    if max(counts) < least:
+        raise TooFewMeasurementsError(
+            f"{drop.name}: the recording has {max(counts)} frames, analysis.min_frames asks for {least}; "
+            "give a longer clip or a wider range of frames"
+        )
+
+
 def _sentences(drop: Drop) -> dict[str, str]:
     from wentry_cli.stages.inputs.agreement import check_clocks
 
@@ -88,6 +98,7 @@ def _sentences(drop: Drop) -> dict[str, str]:
             seen[view] = _look(drop, view)
     problems.complain()
     times = {view: time_s for view, (_, time_s) in seen.items()}
+    _refuse_too_short(drop, [len(time_s) for time_s in times.values()])
     check_clocks(drop, {view: (time_s[0], time_s[-1]) for view, time_s in times.items()})
     check_times(drop, times)
     return {view: sentence for view, (sentence, _) in seen.items()}

@@ -155,23 +155,25 @@ def look_at_frames(drop: Drop, name: str, opened: OpenView, done: int = 0) -> tu
     count = opened.info.frame_count
     looks = _Looks(opened)
     levels = np.full((count, 2), np.nan)
-    status = ["ok"] * count
+    status, numbers = ["ok"] * count, opened.recording.camera_frames()
+    named = [f"{index} (number {number})" if index != number else f"{index}" for index, number in enumerate(numbers)]
     for index in range(count):
         try:
             levels[index] = looks.level(index)
         except FrameUnreadableError as error:
             status[index] = error.status
+            named[index] = f"{index} ({error.file})" if error.file else named[index]
         if index % 32 == 0:
             tick(done + index, done + count)
-    _tell_damage(drop.name, name, status)
+    _tell_damage(drop.name, name, status, named)
     if looks.repeated:
         # what such a frame shows is not of its own time
         for index in looks.repeated:
             status[index] = "bad_frame"
         logger.warning(
-            "%s: %d of %d frames of the %s view equal the frame before bit by bit (the first is frame %d), which "
+            "%s: %d of %d frames of the %s view equal the frame before bit by bit, first frame %s, which "
             "no camera does; they are left out; export the recording again, or times and speeds may be wrong",
-            drop.name, len(looks.repeated), count, name, looks.repeated[0],
+            drop.name, len(looks.repeated), count, name, named[looks.repeated[0]],
         )  # fmt: skip
     return levels, status
 
@@ -197,14 +199,14 @@ def _view_rows(drop: Drop, name: str, done: int) -> dict[str, Any]:
         opened.recording.close()
 
 
-def _tell_damage(drop: str, view: str, status: list[str]) -> None:
-    """Say which frames cannot be read and which the numbering skips."""
+def _tell_damage(drop: str, view: str, status: list[str], named: list[str]) -> None:
+    """Say which frames cannot be read and which the numbering skips, by index and file or the camera's number."""
     for word, what in (("bad_frame", "cannot be read"), ("gap", "are missing")):
         lost = [index for index, one in enumerate(status) if one == word]
         if lost:
-            shown = ", ".join(str(index) for index in lost[:SHOWN]) + (" and others" if len(lost) > SHOWN else "")
+            shown = ", ".join(named[index] for index in lost[:SHOWN]) + (" and others" if len(lost) > SHOWN else "")
             logger.warning(
-                "%s: %d of %d frames of the %s view %s (%s); they are left out",
+                "%s: %d of %d frames of the %s view %s: %s; they are left out",
                 drop, len(lost), len(status), view, what, shown,
             )  # fmt: skip
 

@@ -270,5 +270,5 @@ def _words(side: pd.DataFrame, columns: dict[str, Any], motion: EntryMotion, ear
         words[np.isfinite(motion.centre_m)] = "too_few"
     words[full & motion.outlier] = "poor_fit"
     words[full & (times >= 0.0) & (times < early)] = "early_shape"
-    words[full & manual] = "manual"
+    words[manual] = "manual"  # also where the person left the frame out
     return words

@@ -11,7 +11,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from wentry_cli.errors import ConfigurationError, InputError
+from wentry_cli.errors import InputError
 from wentry_cli.synthetic.camera_view import place_side
 from wentry_cli.synthetic.course import Course, plan_course
 from wentry_cli.synthetic.drop_folder import clear_folder, write_whole
@@ -157,12 +157,12 @@ def render_campaign(
     """Render every drop of the scenes file ``path`` into its own folder below ``folder``; returns those folders.
 
     ``only`` names the drops to render (all if empty); ``progress`` is called with (drops done, drops in all). Raises
-    as :func:`scenes_file.load_scenes`, and ConfigurationError if ``only`` names a drop that is not there.
+    as :func:`scenes_file.load_scenes`, and InputError if ``only`` names a drop that is not there.
     """
     scenes = load_scenes(path)
     missing = sorted(set(only) - {scene.name for scene in scenes})
     if missing:
-        raise ConfigurationError(f"{path}: error: no drop named {missing[0]!r}; use one of its names")
+        raise InputError(f"{path}: has no drop {missing[0]}; its drops are {', '.join(scene.name for scene in scenes)}")
     scenes = [scene for scene in scenes if not only or scene.name in only]
     folders = [folder / scene.name for scene in scenes]
     if jobs <= 1:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 Positive = Annotated[float, Field(gt=0)]
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -12,7 +13,17 @@ Count = Annotated[int, Field(ge=0, le=100_000)]
 Speed = Annotated[float, Field(ge=1e-3, le=1000)]
 Length = Annotated[float, Field(ge=1e-5, le=1000)]
 Density = Annotated[float, Field(ge=1, le=25_000)]
+NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
 Factor = Annotated[float, Field(gt=0, le=100)]  # in units of the scene, R and U0
+
+
+def _is_name(text: str) -> str:
+    if not NAME.fullmatch(text):
+        raise ValueError(f"is that of a folder: letters, digits and _, then . and - too, not {text!r}")
+    return text
+
+
+FolderName = Annotated[str, AfterValidator(_is_name)]
 
 
 class Part(BaseModel):
@@ -146,7 +157,7 @@ class Clip(Part):
 class Scene(Part):
     """One drop."""
 
-    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$")]
+    name: FolderName
     kind: Literal["water_entry", "surface_impact", "free_flight"] = "water_entry"
     condition: str | None = None
     seed: int

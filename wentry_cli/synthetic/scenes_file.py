@@ -93,6 +93,8 @@ def _fill(entry: dict[str, Any], index: int, listed: ScenesFile, document: Docum
         name = ball["material"]
         if name not in laws.data:
             message = f"{name!r} is not under materials:; known: {', '.join(sorted(laws.data)) or 'none'}"
+            if not laws.data:
+                message += "; give `materials: path/materials.yaml`, or the laws by name"
             raise ConfigurationError(f"{filled.place(('sphere', 'material'))}: error: sphere.material: {message}")
         data["sphere"] = {**ball, "law": laws.data[name]}
         places |= {("sphere", "law", *key[1:]): place for key, place in laws.places.items() if key[:1] == (name,)}
@@ -104,6 +106,6 @@ def _make_scene(document: Document) -> Scene:
         return Scene.model_validate(document.data)
     except ValidationError as error:
         # what concerns a drop as a whole has no key of its own
-        text = str(configuration_error(error, document, Scene))
+        text = str(configuration_error(error.errors(include_url=False), document, Scene))
         name = document.data.get("name", "without a name")
         raise ConfigurationError(text.replace("error: experiment:", f"error: drop {name}:")) from error

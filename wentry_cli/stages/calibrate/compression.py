@@ -15,7 +15,7 @@ from wentry_cli.mechanics.compression import CompressionFit, compression_force, 
 from wentry_cli.stages.calibrate.rows import Row, merge_rows, say_kept
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 
-FORCE = "force_N"
+FORCE = "force_n"  # names as in compression.csv; a header may write them in any case
 DISPLACEMENTS = {"displacement_m": 1.0, "displacement_mm": 1e-3}
 LARGEST_M = 1.0  # a diameter above this was given in millimetres
 _MEND = "write commas between columns and decimal points"
@@ -83,7 +83,8 @@ def _keep_curve(results: Path, test: CompressionTest, row: Row, fit: Compression
 
 
 def read_compression(path: Path) -> CompressionTest:
-    """Read a compression test: a CSV table with ``force_N`` and either ``displacement_m`` or ``displacement_mm``.
+    """Read a compression test: a CSV table with ``force_N`` and either ``displacement_m`` or ``displacement_mm``,
+    in capitals or small letters.
 
     Rows with an empty cell, NaN or infinity are left out and told. Raises ``InputError`` where the file cannot be
     read, a column is missing or stands there twice, and with the line where a cell is no number or where semicolons,
@@ -101,6 +102,7 @@ def read_compression(path: Path) -> CompressionTest:
         raise InputError(f"{path}: cannot be read as a CSV table ({error}); give a text file with a header") from error
     header = [name.strip() for name in lines[0]] if lines else []
     unit = _displacement_column(path, header)
+    header = [name.lower() for name in header]
     places = (header.index(unit), header.index(FORCE))
     pairs, left_out = [], []
     for number, line in enumerate(lines[1:], start=2):
@@ -119,17 +121,18 @@ def read_compression(path: Path) -> CompressionTest:
 
 
 def _displacement_column(path: Path, header: list[str]) -> str:
-    """The one displacement column of a header that also has one force column."""
-    units = [name for name in header if name in DISPLACEMENTS]
-    if len(units) == 1 and header.count(FORCE) == 1:
+    """The one displacement column, in small letters, of a header that also has one force column."""
+    units = [name.lower() for name in header if name.lower() in DISPLACEMENTS]
+    forces = [name for name in header if name.lower() == FORCE]
+    if len(units) == 1 and len(forces) == 1:
         return units[0]
-    if len(units) > 1 or header.count(FORCE) > 1:
-        twice = " and ".join(units) if len(units) > 1 else f"{FORCE} twice"
+    if len(units) > 1 or len(forces) > 1:
+        twice = " and ".join(units) if len(units) > 1 else f"{forces[0]} twice"
         raise InputError(f"{path}: the header has {twice}; keep one column of displacement and one of force")
     if separator := _separator(header):
         raise InputError(f"{path}:1: the columns are separated by {separator}; {_MEND}")
     raise InputError(
-        f"{path}: the header needs {FORCE} and displacement_m or displacement_mm, and is "
+        f"{path}: the header needs force_N and displacement_m or displacement_mm, and is "
         f"{', '.join(header) or 'empty'}; rename the columns, with their units"
     )
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.config.blame import place_of
 from wentry_cli.errors import InputError
 from wentry_cli.frames.formats import open_recording
 from wentry_cli.frames.oriented import Oriented, orient
@@ -49,7 +50,10 @@ def _open_empty(drop: Drop, name: str) -> tuple[Recording, Oriented]:
         # one image is opened as a folder of numbered images that holds a single one: a pattern that only it matches
         only = path if path.suffix.lower() in {".tif", ".tiff"} else path.with_name(f"[{path.name[0]}]{path.name[1:]}")
         if not path.is_file():
-            raise InputError(f"{path}: views.{name}.background: no such file; give an image, [first, last] or auto")
+            key = f"views.{name}.background"
+            what = "is a folder, not an image" if path.is_dir() else "no such file"
+            where = place_of(drop, key, view.background)
+            raise InputError(f"{where}: error: {key}: {path}: {what}; give an image, [first, last] or auto")
         raw, chosen = open_recording(only), None
     return raw, orient(raw, rotate=view.rotate, flip=view.flip, roi_px=view.roi_px, frames=chosen)
 

@@ -1,0 +1,38 @@
+"""One recording under two names in one folder of results, and two drops that share a recording."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+from wentry_cli.config.campaign import Drop
+from wentry_cli.runner.record import write_drop
+from wentry_cli.runner.twice import warn_of_twice
+
+
+def _measured(results: Path, drop: Drop, name: str, content: str, frames: tuple[int, int] | None = None) -> None:
+    views = drop.experiment.views
+    assert views.side is not None
+    side = views.side.model_copy(update={"frames": frames})
+    experiment = drop.experiment.model_copy(update={"views": views.model_copy(update={"side": side})})
+    write_drop(results, replace(drop, name=name, experiment=experiment))
+    marks = {"recording side": f"sampled:{name} content:{content}"}
+    (results / name / "stages.json").write_text(json.dumps({"ingest": {"fingerprint": marks}}))
+
+
+def test_a_recording_under_two_names_is_told_with_what_to_do(drop: Drop, tmp_path: Path) -> None:
+    results = tmp_path / "results"
+    assert warn_of_twice(results) == []
+    for name, content in (("mine", "a"), ("vid__mine", "a"), ("vid__other", "b")):
+        _measured(results, drop, name, content)
+    (told,) = warn_of_twice(results)
+    assert told.startswith("warning: mine and vid__mine were measured from the same recording")
+    assert f"remove {results / 'vid__mine'} or the other" in told
+    assert warn_of_twice(results, ("mine", "vid__other")) == []
+
+
+def test_two_drops_in_one_recording_are_two(drop: Drop, tmp_path: Path) -> None:
+    _measured(tmp_path, drop, "first", "a", (0, 200))
+    _measured(tmp_path, drop, "second", "a", (201, 400))
+    assert warn_of_twice(tmp_path) == []

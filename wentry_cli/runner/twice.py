@@ -1,0 +1,44 @@
+"""Recordings that were measured twice, under two names of one drop: they would count twice in a campaign."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from wentry_cli.config.campaign import Drop
+from wentry_cli.errors import InputError
+from wentry_cli.runner.record import STAGES, read_drops, read_json
+
+Part = tuple[str, object, object]
+
+
+def warn_of_twice(results: Path, only: tuple[str, ...] = ()) -> list[str]:
+    """A sentence for each recording that several drops in ``results``, or of those in ``only``, were measured from.
+
+    Drops that share a recording but not its frames or its region are different drops.
+    """
+    try:
+        drops, _ = read_drops(results)
+    except InputError:
+        return []
+    names: dict[Part, list[str]] = {}
+    for drop in drops:
+        for part in _parts(results, drop) if not only or drop.name in only else ():
+            names.setdefault(part, []).append(drop.name)
+    groups = dict.fromkeys(tuple(group) for group in names.values() if len(group) > 1)
+    return [
+        f"warning: {' and '.join(group)} were measured from the same recording, which counts {len(group)} times in "
+        f"summary.csv and scaling.csv; remove {results / group[-1]} or the other from the results and fit again"
+        for group in groups
+    ]
+
+
+def _parts(results: Path, drop: Drop) -> set[Part]:
+    """The parts of recordings that ``drop`` was measured from, each by a word on what its files hold."""
+    entry = read_json(results / drop.name / STAGES).get("ingest", {})
+    marks = entry.get("fingerprint", {}) if isinstance(entry, dict) else {}
+    found: set[Part] = set()
+    for name in drop.experiment.sides:
+        word = next((word for word in str(marks.get(f"recording {name}")).split() if word.startswith("content:")), None)
+        if word is not None:
+            found.add((word, drop.view(name).frames, drop.view(name).roi_px))
+    return found
