@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from wentry_cli.cli import options as opt
+
+if TYPE_CHECKING:
+    from wentry_cli.bench.row import BenchRow
 
 CHAPTERS = (
     "contours", "separation", "pinch_off", "top_clips", "ball",
@@ -18,6 +22,7 @@ OUTPUT = click.Path(file_okay=False, path_type=Path)  # said before an hour is s
 @click.command(name="bench")
 @click.option("--chapter", "chapters", multiple=True, type=click.Choice(CHAPTERS), help="This chapter only.")
 @click.option("--quick", is_flag=True, help="Few items a case: a look, not a measurement.")
+@click.option("-j", "--jobs", default=1, show_default=True, type=click.IntRange(1, 64), help="Chapters at a time.")
 @click.option("--seed", default=20170412, show_default=True, help="Seed of the test cases.")
 @click.option("-o", "--output", type=OUTPUT, help="Write accuracy.md and its figures into this folder.")
 @click.option(
@@ -25,24 +30,24 @@ OUTPUT = click.Path(file_okay=False, path_type=Path)  # said before an hour is s
 )
 @opt.as_json
 def command(
-    chapters: tuple[str, ...], quick: bool, seed: int, output: Path | None, ball: Path | None, as_json: bool
+    chapters: tuple[str, ...], quick: bool, jobs: int, seed: int, output: Path | None, ball: Path | None, as_json: bool
 ) -> None:
     """Measure speed against error: outlines, smoothers, ΔU, solvers and whole recordings, beside other methods."""
     import importlib
+    from concurrent.futures import ProcessPoolExecutor
     from dataclasses import asdict
+    from functools import partial
+    from multiprocessing import get_context
 
     from wentry_cli.bench.page import write_page
-    from wentry_cli.bench.row import BenchRow
     from wentry_cli.bench.table import HEAD, RULE, write_rows
     from wentry_cli.cli.console import show_json
     from wentry_cli.runner.work import single_threaded
 
-    single_threaded()
-    rows: list[BenchRow] = []
-    modules = {name: importlib.import_module(f"wentry_cli.bench.{name}") for name in chapters or CHAPTERS}
-    for name, module in modules.items():
-        click.echo(f"{name} …", err=True)
-        rows += module.run(ball) if name == "ball" else module.run(quick, seed)
+    measure = partial(_chapter, quick=quick, seed=seed, ball=ball)
+    wanted = chapters or CHAPTERS
+    with ProcessPoolExecutor(jobs, get_context("spawn"), initializer=single_threaded) as pool:
+        rows = [row for found in pool.map(measure, wanted) for row in found]
     if as_json:
         show_json([asdict(row) for row in rows])
     else:
@@ -50,6 +55,17 @@ def command(
     if output is not None:
         words = ["wentry bench", *(f"--chapter {name}" for name in chapters), *(["--quick"] if quick else [])]
         click.echo(str(write_page(rows, output, " ".join([*words, f"--seed {seed}"]))), err=True)
-        for name, module in modules.items():
+        for name in wanted:
+            module = importlib.import_module(f"wentry_cli.bench.{name}")
             if hasattr(module, "draw"):  # a figure of its own in place of time against error
                 module.draw([row for row in rows if row.chapter == name], output / f"accuracy_{name}.svg")
+
+
+def _chapter(name: str, *, quick: bool, seed: int, ball: Path | None) -> list[BenchRow]:
+    """Measure one chapter in a process of its own."""
+    import importlib
+
+    click.echo(f"{name} …", err=True)
+    module = importlib.import_module(f"wentry_cli.bench.{name}")
+    rows: list[BenchRow] = module.run(ball) if name == "ball" else module.run(quick, seed)
+    return rows
