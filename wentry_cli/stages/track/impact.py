@@ -22,7 +22,10 @@ NO_IMPACT = Impact(math.nan, math.nan, math.nan, math.nan, math.nan, "too_few")
 
 
 def entry_impact(drop: Drop, clip: Clip, sightings: Sequence[Sighting], surface: tuple[SurfaceRow, float]) -> Impact:
-    """The moment of impact from the frames in air, or, in a clip that starts later, from the first wet ones."""
+    """The moment of impact from the frames in air, or, in a clip that starts later, from the first wet ones.
+
+    Status ``clip_ended`` where it comes soon after the last frame: no longer than the fall was seen.
+    """
     row, scale = surface
     good = [item for item in sightings if item.ok and item.fit is not None]
     dry = falling([item for item in good if not item.wet], clip)
@@ -30,7 +33,10 @@ def entry_impact(drop: Drop, clip: Clip, sightings: Sequence[Sighting], surface:
     times = clip.time_s[[item.frame for item in dry]] if dry else np.empty(0)
     limits = (row.y_px, row.unc_px)
     impact = find_impact(times, bottoms[:, 0], bottoms[:, 1], limits, drop.experiment.gravity_m_s2 * scale)
-    if impact.status == "ok" and impact.time_s > clip.time_s[-1]:
+    late = impact.time_s - float(clip.time_s[-1])
+    if late > 0.0 and late <= float(np.ptp(times)):
+        impact = replace(impact, status="clip_ended")
+    elif late > 0.0:
         return Impact(math.nan, math.nan, impact.speed_px_s, math.nan, impact.residual_px, "no_object")
     if impact.status != "too_few":
         blunt = shape_offset_px(dry) / impact.speed_px_s

@@ -136,7 +136,7 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     if checked != axis:
         columns = in_metres(drop, clip, sightings, (scales, surface, checked), track.check)
     state_radius(columns, track.radius_air, track.radius_water)
-    problem = "" if impact.status == "ok" else why_no_impact(impact, "surface", drop.view("side").frames)
+    problem = why_no_impact(impact, "surface", drop, clip)
     if track.deformed:
         problem = (
             f"sphere.material is rigid, but below the surface its stretch reaches {1.0 + track.deformed:.2f}: name its "

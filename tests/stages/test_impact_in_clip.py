@@ -1,4 +1,4 @@
-"""A clip that begins while the sphere still hangs: only its fall tells when it meets the surface, and how fast."""
+"""Clips that begin while the sphere still hangs, or end before it meets the surface."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.contours.fitting import assemble_fit
 from wentry_cli.imaging.free_surface import SurfaceRow
 from wentry_cli.stages.track.impact import entry_impact
+from wentry_cli.stages.track.side_result import why_no_impact
 from wentry_cli.tracking.sighting import Sighting
 
 FPS, G, SURFACE, NOISE = 1000.0, 9.81, 400.0, 0.02
@@ -40,3 +41,21 @@ def test_impact_and_speed_are_those_of_the_fall(released_s: float, fall_s: float
     assert impact.status == "ok"
     assert abs(impact.time_s - released_s - fall_s) < 3.0 * impact.time_unc_s < 1e-3
     assert impact.speed_px_s == pytest.approx(G * fall_s * SCALE, rel=2e-3)
+
+
+@pytest.mark.parametrize(("count", "status"), [(150, "ok"), (118, "clip_ended"), (90, "no_object")])
+def test_a_clip_that_ends_in_air_says_by_how_much(count: int, status: str) -> None:
+    """Contact is in frame 120.2; of what is seen for a shorter time than it is away, nothing is said."""
+    seen = sightings(count, 0.0702, 0.05)
+    clip = SimpleNamespace(time_s=np.arange(count) / FPS)
+    drop = make_drop()
+    impact = entry_impact(drop, clip, seen, (SurfaceRow(SURFACE, 0.05, 3.0, 0.5, "ok"), SCALE))
+    assert impact.status == status
+    told = why_no_impact(impact, "surface", drop, clip)
+    if status == "clip_ended":
+        assert impact.time_s == pytest.approx(0.1202, abs=1e-4)
+        assert told == "the clip ends 3.2 frames before the sphere meets the surface, in air: take a longer clip"
+    else:
+        assert np.isfinite(impact.time_s) == (status == "ok")
+        assert told.startswith("the sphere never reaches the surface" if status == "no_object" else "")
+        assert bool(told) == (status != "ok")
