@@ -24,7 +24,8 @@ NO_IMPACT = Impact(math.nan, math.nan, math.nan, math.nan, math.nan, "too_few")
 def entry_impact(drop: Drop, clip: Clip, sightings: Sequence[Sighting], surface: tuple[SurfaceRow, float]) -> Impact:
     """The moment of impact from the frames in air, or, in a clip that starts later, from the first wet ones.
 
-    Status ``clip_ended`` where it comes soon after the last frame: no longer than the fall was seen.
+    Status ``clip_ended`` where it comes soon after the last frame: no longer than the fall was seen. Its time is given
+    where the next frame would have shown it.
     """
     row, scale = surface
     good = [item for item in sightings if item.ok and item.fit is not None]
@@ -34,10 +35,10 @@ def entry_impact(drop: Drop, clip: Clip, sightings: Sequence[Sighting], surface:
     limits = (row.y_px, row.unc_px)
     impact = find_impact(times, bottoms[:, 0], bottoms[:, 1], limits, drop.experiment.gravity_m_s2 * scale)
     late = impact.time_s - float(clip.time_s[-1])
-    if late > 0.0 and late <= float(np.ptp(times)):
-        impact = replace(impact, status="clip_ended")
-    elif late > 0.0:
-        return Impact(math.nan, math.nan, impact.speed_px_s, math.nan, impact.residual_px, "no_object")
+    if late > 0.0:
+        impact = replace(impact, beyond_s=late, status="clip_ended" if late <= float(np.ptp(times)) else "no_object")
+        if late > float(np.median(np.diff(clip.time_s))):
+            return replace(impact, time_s=math.nan, time_unc_s=math.nan, speed_unc_px_s=math.nan)
     if impact.status != "too_few":
         blunt = shape_offset_px(dry) / impact.speed_px_s
         return replace(impact, time_unc_s=math.hypot(impact.time_unc_s, blunt))

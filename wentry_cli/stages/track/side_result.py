@@ -110,7 +110,7 @@ def why_no_impact(impact: Impact, target: str, drop: Drop, clip: Clip) -> str:
     frames = drop.view("side").frames
     longer = "take a longer clip" if frames is None else f"take more of the clip than views.side.frames {[*frames]}"
     if impact.status == "clip_ended":
-        missing = (impact.time_s - clip.time_s[-1]) / float(np.median(np.diff(clip.time_s)))
+        missing = impact.beyond_s / float(np.median(np.diff(clip.time_s)))
         return f"the clip ends {missing:.1f} frames before the sphere meets the {target}, in air: {longer}"
     if impact.status == "no_object":
         return (
