@@ -167,3 +167,20 @@ def test_frames_in_which_a_neck_is_closed_are_no_recording_that_ends_before() ->
     shut = NeckTrack(frames, np.full(frames.size, 250.0), np.zeros(frames.size), np.full(frames.size, 0.05))
     vanished = np.where(np.arange(FRAMES) < 60, -40.0, np.nan)
     assert find_seal([shut], scene(apex=vanished)).status != "clip_ended"
+
+
+@pytest.mark.parametrize("above", [0.0, 5.0, 20.0])
+def test_a_sphere_wetted_all_round_has_no_cavity_to_seal(above: float) -> None:
+    """What leaves the surface is the sphere's own top, whose blur, or the bubbles on it, begin some rows higher."""
+    alone = scene(apex=leaving(25.0, speed=3.0))
+    own = alone.cavity_top_px + above
+    found = find_seal([], replace(alone, sphere_top_px=own))
+    assert (found.status, found.value) == ("no_neck", "")
+    assert np.isnan(found.t_s)
+    assert find_seal([], replace(alone, sphere_top_px=own + 60.0)).value == "surface_seal"
+
+
+def test_a_clip_that_ends_with_a_sphere_at_the_surface_shows_no_open_cavity() -> None:
+    alone = scene(apex=leaving(FRAMES - 3.0))
+    assert find_seal([], replace(alone, sphere_top_px=alone.cavity_top_px)).status == "no_neck"
+    assert find_seal([], alone).status == "clip_ended"

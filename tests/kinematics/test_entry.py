@@ -133,6 +133,39 @@ def test_speed_of_a_fall() -> None:
     assert np.isnan(fall_speed(t[:2], y[:2], np.full(2, 1e-5), Ballistic(-G, 0.1))[0])
 
 
+def held(count: int, fall_s: float = 0.05, fps: float = 1000.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times, heights and speeds of a sphere that hangs before it falls for ``fall_s``, with impact at time 0."""
+    t = (np.arange(count) - 0.75 * count) / fps
+    since = np.maximum(t + fall_s, 0.0)
+    return t, 0.5 * G * (fall_s**2 - since**2), -G * since
+
+
+def test_speed_of_a_fall_from_rest_within_the_clip() -> None:
+    t, y, _ = held(160)
+    pulls = []
+    for seed in range(40):
+        seen = y + 2.5e-5 * np.random.default_rng(seed).normal(size=t.size)
+        speed, unc = fall_speed(t, seen, np.full(t.size, 2.5e-5), Ballistic(-G, 0.1))
+        pulls.append((speed - G * 0.05) / unc)
+    assert 0.6 < rms(np.array(pulls)) < 1.4
+
+
+@pytest.mark.parametrize("count", [160, 72])
+def test_the_frames_before_a_release_are_smoothed_by_themselves(count: int) -> None:
+    t, y, speed = held(count)
+    y = y + 1e-5 * np.random.default_rng(3).normal(size=t.size)
+    unc = np.full(t.size, 1e-5)
+    motion = solve_entry_motion(t, (y, unc), (np.ones(t.size), np.zeros(t.size)), R, ballistic=Ballistic(-G, 0.1))
+    hanging = t < -0.0505
+    assert list(motion.held[hanging]) == [True] * hanging.sum()
+    assert not motion.outlier[t < 0].any()
+    dry = (t < 0) & np.isfinite(motion.velocity)
+    assert dry.sum() == (t < 0).sum() - (hanging.sum() if hanging.sum() < 4 else 0)
+    off = (motion.velocity - speed)[dry]
+    assert np.median(np.abs(off)) < 1e-3
+    assert np.max(np.abs(off / motion.velocity_unc[dry])) < 4.0
+
+
 def test_velocity_just_before_impact() -> None:
     t = np.array([-1e-3, -5e-4, 5e-4])
     speed, _ = impact_velocity(t, -5 - G * t, np.full(3, 1e-3), np.array([-G, -G, 50.0]))

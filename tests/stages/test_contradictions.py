@@ -75,3 +75,21 @@ def test_a_scale_that_the_sphere_contradicts_is_told(
         assert ("views.side.scale_px_per_m is 918, but the sphere of 51 mm measures " in caplog.text) is told
         assert ("check the scale or sphere.diameter_m" in caplog.text) is told
     change(soft, "side", scale_px_per_m="auto")
+
+
+@pytest.mark.parametrize("given", [{}, {"background": [0, 2], "scale_px_per_m": 900.0, "surface_y_px": 90.25}])
+def test_a_clip_that_starts_below_the_surface_is_told_not_to(
+    soft: Path, tmp_path: Path, given: dict[str, object]
+) -> None:
+    path = soft / "experiment.yaml"
+    text = path.read_text(encoding="utf-8")
+    change(soft, "side", frames=[40, 80], **given)
+    said = yaml.safe_load(path.read_text(encoding="utf-8"))
+    del said["views"]["top"]
+    path.write_text(yaml.safe_dump(said), encoding="utf-8")
+    try:
+        _, error = measure(soft, tmp_path)
+    finally:
+        path.write_text(text, encoding="utf-8")
+    assert "is not measured, with or without views.side.background" in str(error)
+    assert "take it from where the sphere is seen whole in air" in str(error)

@@ -200,3 +200,24 @@ def test_a_surface_that_was_given_too_low_is_no_fault_of_the_camera(
     kinematics.run(tmp_path, make_drop(views={"side": {"source": "side", "fps": FPS, "surface_y_px": 340}}))
     assert "check views.side.surface_y_px, which says when it ends" in caplog.text
     assert "fps" not in caplog.text
+
+
+def test_a_sphere_that_is_held_at_first_falls_with_gravity_all_the_same(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    known = motion(u0=0.5, amplitude=0.0, n=200)
+    write_views(tmp_path, known, rigid=True)
+    side = read_table(tmp_path, "side")
+    released = -8.25 / FPS
+    since = np.maximum(side["t_s"] - released, 0.0)
+    before = side["t_s"] < 0
+    # a strong pull instead of gravity, which gains a speed in the few frames there are
+    side.loc[before, "y_b_m"] = (0.5 * 500.0 * (released**2 - since**2))[before]
+    write_table(tmp_path, "side", side)
+    drop = make_drop(material="rigid", gravity_m_s2=500.0)
+    kinematics.run(tmp_path, drop)
+    assert "falls with" not in caplog.text
+    table = read_table(tmp_path, "kinematics")
+    hanging = side["t_s"] < released
+    assert np.all(np.abs(table["v_b_m_s"][hanging]) < 0.01)
+    assert set(table["status"][before]) == {"ok"}

@@ -8,13 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from wentry_cli.cavity.detachment import Detachment, find_detachment, hidden_rows
+from wentry_cli.cavity.detachment import NO_DETACHMENT, Detachment, find_detachment, hidden_rows
 from wentry_cli.cavity.neck import NeckTrack
 from wentry_cli.cavity.pinch_off import ClosureFit, fit_closure
 
 Floats = NDArray[np.float64]
 
 CLOSEST_RADIUS_PX = 1.5  # blur hides a gap of three pixels
+LOWEST = 0.5  # in radii: so deep the top of the sphere is at least when a cavity above it leaves the surface
 AT_SPHERE = 0.12  # in radii of the sphere: a neck so close above its top closes on it
 EDGE_MODEL_PX = 0.05  # what blur and the slope of the wall leave in a radius, however low the noise
 ALMOST_CLOSED = 0.45  # in radii of the sphere: a neck that is wider when last seen has not been seen to close
@@ -78,14 +79,18 @@ def find_seal(tracks: Sequence[NeckTrack], scene: Scene) -> Seal:
     (the contact line has run up), else a ``deep_seal``. A cavity that has left the surface before is a
     ``surface_seal``. Where the order of the two is not clear, or the cavity left the surface before the splash had
     domed over, the status is ``not_identified``. Without a closing neck it is ``clip_ended`` where one still narrows in
-    the last frames or the cavity is still open in them, else ``no_neck``.
+    the last frames or the cavity is still open in them, else ``no_neck``. What leaves the surface together with
+    the sphere's own top is a sphere wetted all round, and the bubbles on it: there is no cavity to close (``no_neck``).
     """
     fits = [_close(track, scene) for track in tracks]
     fits = [_seen_closed(track, fit, scene) for track, fit in zip(tracks, fits, strict=True)]
     closed = [(fit.t_s, i) for i, fit in enumerate(fits) if fit.status == "ok"]
     left = _detachment(scene)
+    wetted = _interpolate(left.t_s, scene.time_s, scene.sphere_top_px) < scene.surface_px + LOWEST * scene.radius_px
+    if wetted:
+        left = NO_DETACHMENT
     if not closed and not np.isfinite(left.t_s):
-        return _not_seen(tracks, fits, scene)
+        return _no_seal("no_neck") if wetted else _not_seen(tracks, fits, _without_sphere(scene))
     at_surface = Seal(left.t_s, left.t_unc_s, scene.surface_px, scene.surface_unc_px, "surface_seal", "ok")
     if left.t_s + SURE * left.t_unc_s < scene.dome_over_s:
         return _no_seal("not_identified")
@@ -97,6 +102,12 @@ def find_seal(tracks: Sequence[NeckTrack], scene: Scene) -> Seal:
     if not left.t_s < at_depth.t_s + apart:
         return at_depth
     return at_surface if left.t_s < at_depth.t_s - apart else _no_seal("not_identified")
+
+
+def _without_sphere(scene: Scene) -> Scene:
+    """The scene without the highest rows that are those of the sphere itself: its own top is no cavity."""
+    itself = scene.cavity_top_px > scene.sphere_top_px - AT_SPHERE * scene.radius_px
+    return replace(scene, cavity_top_px=np.where(itself, np.nan, scene.cavity_top_px))
 
 
 def _detachment(scene: Scene) -> Detachment:

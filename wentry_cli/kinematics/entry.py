@@ -8,8 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.kinematics.ballistic import fit_parabola
 from wentry_cli.kinematics.centre import centre_height
 from wentry_cli.kinematics.outliers import scatter_ratio
+from wentry_cli.kinematics.release import release_time
 from wentry_cli.kinematics.smoother import Mode, SmoothTrack, TrackState, smooth_track
 from wentry_cli.kinematics.state_pass import Ballistic
 
@@ -27,7 +29,7 @@ class EntryMotion:
     """Per frame: measured y_b and y_c (m), smoothed velocities and acceleration, each with standard uncertainty.
 
     Where a position was not measured its velocity is NaN. ``outlier`` marks frames whose y_c does not belong to the
-    track; ``bottom`` and ``centre`` are the smoothed tracks themselves.
+    track, ``held`` those before the release; ``bottom`` and ``centre`` are the smoothed tracks themselves.
     """
 
     bottom_m: Array
@@ -41,6 +43,7 @@ class EntryMotion:
     acceleration: Array
     acceleration_unc: Array
     outlier: NDArray[np.bool_]
+    held: NDArray[np.bool_]
     bottom: SmoothTrack
     centre: SmoothTrack
 
@@ -69,18 +72,26 @@ def solve_entry_motion(
     2R/λ³ on y_c changes. What is wrong below the surface has come about since impact: after it, no slower than that.
     ``fixed_m`` is the part that is one and the same in all frames before or in all after impact (the height of the
     surface, the optical axis): it moves no speed. ``tilt_deg`` is how the axis leans in each frame (``centre_height``),
-    ``below_m`` how much lower than an ellipsoid its outline reaches (``below_ellipsoid``).
+    ``below_m`` how much lower than an ellipsoid its outline reaches (``below_ellipsoid``). Frames in which a sphere is
+    still held are no part of its fall (``release_time``): they are smoothed by themselves.
     """
     times = np.asarray(times_s, dtype=float)
     rigid = bool(np.all(stretch[1] == 0.0))
     resting = stretch_in_air(times, *stretch)
     height, height_unc = centre_height(bottom[0] + below_m, bottom[1], *resting, radius_m, tilt_deg)
+    air = times < 0.0
+    falls = times > release_time(times[air], bottom[0][air], bottom[1][air])
     # the impact stops the bottom of a soft sphere at once, its centre only by and by
-    stopped = replace(ballistic, velocity_jump=0.0 if rigid else _speed(times, bottom[0]))
+    stopped = replace(ballistic, velocity_jump=0.0 if rigid else _speed(times[falls], bottom[0][falls]))
     pairs = (bottom, (height, height_unc))
     random = _random_parts(times, bottom, resting, height, radius_m)
     tracks = [
-        smooth_track(times, pair[0], u, events_s=(0.0,), mode=mode, ballistic=known)
+        _with_held(
+            smooth_track(times, np.where(falls, pair[0], np.nan), u, events_s=(0.0,), mode=mode, ballistic=known),
+            pair[0],
+            u,
+            falls,
+        )
         for pair, u, known in zip(pairs, random, (stopped, ballistic), strict=True)
     ]
     low, middle = (track.frames for track in tracks)
@@ -102,10 +113,26 @@ def solve_entry_motion(
         acceleration_unc=np.where(
             known, _add(middle.acceleration_unc, hidden[1] / slow**2, bending, _unresolved(times, middle)), np.nan
         ),
-        outlier=known & ~tracks[1].used & np.isfinite(middle.velocity),
+        outlier=known & falls & ~tracks[1].used & np.isfinite(middle.velocity),
+        held=~falls,
         bottom=tracks[0],
         centre=tracks[1],
     )
+
+
+def _with_held(track: SmoothTrack, position: Array, unc: Array, falls: NDArray[np.bool_]) -> SmoothTrack:
+    """The track with its states before the release from those frames alone, which the fall tells nothing of."""
+    if falls.all():
+        return track
+    frames, held = track.frames, ~falls
+    state, covariance = fit_parabola(frames.times_s[held], position[held], unc[held], relative=True).evaluate(
+        frames.times_s[held]
+    )
+    states = np.stack([frames.position, frames.velocity, frames.acceleration], axis=1)
+    spread = np.array(frames.covariance)
+    states[held], spread[held] = state, covariance
+    position, velocity, acceleration = states.T
+    return replace(track, frames=TrackState(frames.times_s, position, velocity, acceleration, spread))
 
 
 def _random_parts(
@@ -234,9 +261,11 @@ def impact_velocity(times_s: Array, velocity: Array, velocity_unc: Array, accele
 def fall_speed(times_s: Array, height_m: Array, height_unc_m: Array, ballistic: Ballistic) -> tuple[float, float]:
     """Return the speed at time 0 (positive downwards) of what falls before it, and its uncertainty; NaN below 3 frames.
 
-    Least squares of height, speed and acceleration in the frames before impact, the acceleration with its prior.
+    Least squares of height, speed and acceleration in the frames from the release to impact, the acceleration with its
+    prior.
     """
     good = (times_s < 0.0) & np.isfinite(height_m) & (height_unc_m > 0.0)
+    good &= times_s > release_time(times_s[good], height_m[good], height_unc_m[good])
     if good.sum() < 3:
         return float("nan"), float("nan")
     t, unc = times_s[good], height_unc_m[good]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from wentry_cli.kinematics.ballistic import fit_parabola
 from wentry_cli.kinematics.centre import below_ellipsoid, early_shape_time, early_shape_time_from_period
 from wentry_cli.kinematics.entry import EntryMotion, fall_before_impact, solve_entry_motion
+from wentry_cli.kinematics.release import release_time
 from wentry_cli.kinematics.state_pass import Ballistic
 from wentry_cli.stages.inputs.columns import column, first_known, first_row, number
 from wentry_cli.stages.track.scales import axis_effect
@@ -122,6 +123,7 @@ def _entry(folder: Path, drop: Drop) -> dict[str, Any] | None:
 def _check_fall(drop: Drop, times: Array, bottom: tuple[Array, Array], scale_px_m: float) -> None:
     """Warn where the sphere falls before impact with clearly another acceleration than that of gravity."""
     before = (times < 0.0) & np.isfinite(bottom[0])
+    before &= times > release_time(times[before], bottom[0][before], bottom[1][before])
     if before.sum() < FEWEST_IN_FALL:
         return
     gravity = drop.experiment.gravity_m_s2
@@ -268,6 +270,7 @@ def _words(side: pd.DataFrame, columns: dict[str, Any], motion: EntryMotion, ear
     words = np.where(full, "ok", np.where(np.isin(own, ["ok", "manual"]), "occluded", own)).astype(object)
     if motion.centre.status == "too_few":
         words[np.isfinite(motion.centre_m)] = "too_few"
+    words[motion.held & ~full & np.isfinite(motion.centre_m)] = "too_few"
     words[full & motion.outlier] = "poor_fit"
     words[full & (times >= 0.0) & (times < early)] = "early_shape"
     words[manual] = "manual"  # also where the person left the frame out

@@ -17,7 +17,8 @@ FEWEST_FRAMES = 3
 class Impact:
     """First contact: time and its uncertainty in s, speed in px/s downwards, rms residual of the path in px.
 
-    ``status`` is ok, ``too_few`` (no path to extrapolate; NaN) or ``no_object`` (the path never meets the surface).
+    ``status`` is ok, ``too_few`` (no path to extrapolate; NaN), ``no_object`` (the path never meets the surface)
+    or ``clip_ended`` (it does so ``beyond_s`` after the last frame).
     """
 
     time_s: float
@@ -26,6 +27,7 @@ class Impact:
     speed_unc_px_s: float
     residual_px: float
     status: str
+    beyond_s: float = math.nan
 
 
 def find_impact(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wentry_cli.imaging.free_surface import SurfaceRow
+from wentry_cli.kinematics.release import release_time
 from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.tracking.impact import Impact, back_to_surface, find_impact
 from wentry_cli.tracking.sighting import Sighting
@@ -21,16 +22,23 @@ NO_IMPACT = Impact(math.nan, math.nan, math.nan, math.nan, math.nan, "too_few")
 
 
 def entry_impact(drop: Drop, clip: Clip, sightings: Sequence[Sighting], surface: tuple[SurfaceRow, float]) -> Impact:
-    """The moment of impact from the frames in air, or, in a clip that starts later, from the first wet ones."""
+    """The moment of impact from the frames in air, or, in a clip that starts later, from the first wet ones.
+
+    Status ``clip_ended`` where it comes soon after the last frame: no longer than the fall was seen. Its time is given
+    where the next frame would have shown it.
+    """
     row, scale = surface
     good = [item for item in sightings if item.ok and item.fit is not None]
-    dry = [item for item in good if not item.wet]
+    dry = falling([item for item in good if not item.wet], clip)
     bottoms = np.array([best_bottom(item) for item in dry]).reshape(-1, 3)
     times = clip.time_s[[item.frame for item in dry]] if dry else np.empty(0)
     limits = (row.y_px, row.unc_px)
     impact = find_impact(times, bottoms[:, 0], bottoms[:, 1], limits, drop.experiment.gravity_m_s2 * scale)
-    if impact.status == "ok" and impact.time_s > clip.time_s[-1]:
-        return Impact(math.nan, math.nan, impact.speed_px_s, math.nan, impact.residual_px, "no_object")
+    late = impact.time_s - float(clip.time_s[-1])
+    if late > 0.0:
+        impact = replace(impact, beyond_s=late, status="clip_ended" if late <= float(np.ptp(times)) else "no_object")
+        if late > float(np.median(np.diff(clip.time_s))):
+            return replace(impact, time_s=math.nan, time_unc_s=math.nan, speed_unc_px_s=math.nan)
     if impact.status != "too_few":
         blunt = shape_offset_px(dry) / impact.speed_px_s
         return replace(impact, time_unc_s=math.hypot(impact.time_unc_s, blunt))
@@ -40,6 +48,14 @@ def entry_impact(drop: Drop, clip: Clip, sightings: Sequence[Sighting], surface:
     rows = np.array([item.fit.center_y_px + item.fit.radius_px for item in wet if item.fit is not None])
     time, unc = back_to_surface(clip.time_s[[item.frame for item in wet]], rows, limits)
     return Impact(time, unc, math.nan, math.nan, math.nan, "ok" if math.isfinite(time) else "too_few")
+
+
+def falling(dry: Sequence[Sighting], clip: Clip) -> list[Sighting]:
+    """The sightings in air without those in which the sphere is still held, as by a magnet."""
+    seen = [(clip.time_s[item.frame], item.fit) for item in dry if item.fit is not None]
+    rows = np.array([(time, fit.bottom_y_px, fit.bottom_y_unc_px) for time, fit in seen]).reshape(-1, 3)
+    released = release_time(*rows.T)
+    return [item for item in dry if clip.time_s[item.frame] > released]
 
 
 def shape_offset_px(dry: Sequence[Sighting]) -> float:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.stages.inputs.clip import Clip
+from wentry_cli.stages.track.impact import falling
 from wentry_cli.tracking.lost_frames import LostFrames, lost_in_fall, lost_in_water
 from wentry_cli.tracking.sighting import Sighting
 
@@ -33,7 +34,7 @@ def without_lost_time(drop: Drop, clip: Clip, sightings: Sequence[Sighting], sca
         return list(sightings)  # frames whose times are told one by one
     good = [item for item in sightings if item.ok and item.fit is not None]
     fall_px = drop.experiment.gravity_m_s2 * scale_px_m * float(np.median(between)) ** 2
-    in_air = lost_in_fall(*_path([item for item in good if not item.wet]), fall_px)
+    in_air = lost_in_fall(*_path(falling([item for item in good if not item.wet], clip)), fall_px)
     for lost in in_air:
         _tell(drop, lost, "what was seen in air before that is left out")
     for lost in lost_in_water(*_path([item for item in good if item.wet])):

@@ -53,7 +53,7 @@ def measure_plate(drop: Drop, clip: Clip, ground: Background, start: tuple[Path,
     columns = in_metres(drop, clip, sightings, (scales, plate, NO_AXIS))
     state_radius(columns, track.radius, NO_RADIUS)
     columns = dated(columns, clip.time_s - impact.time_s)
-    problem = problem or ("" if impact.status == "ok" else why_no_impact(impact, "plate", drop.view("side").frames))
+    problem = problem or why_no_impact(impact, "plate", drop, clip)
     if not problem and _deforms_in_flight(columns, drop.experiment.sphere.radius_m):
         problem = "the sphere deforms long before it meets the plate: check kind and views.side.surface_y_px"
     return SideResult(columns, scales, plate, track.radius, impact, problem)

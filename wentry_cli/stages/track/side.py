@@ -36,9 +36,10 @@ from wentry_cli.tracking.wet_radius import pool_sightings
 if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
 
-NO_SPHERE = (
-    "no sphere was found in any frame: check source, roi_px, rotate, flip and polarity of views.side; a clip that "
-    "starts below the surface needs views.side.background"
+NO_SPHERE = "no sphere was found in any frame: check source, roi_px, rotate, flip and polarity of views.side"
+NOT_IN_AIR = (
+    "a clip that starts when the sphere is at the surface or below it already is not measured, with or without "
+    "views.side.background and scale_px_per_m: take it from where the sphere is seen whole in air"
 )
 TOO_FAINT = (
     "something round is seen, but with too little contrast against the light to be measured: film with more contrast, "
@@ -55,7 +56,7 @@ def measure_side(drop: Drop, clip: Clip, ground: Background, sampled: list[int])
         return fits_in_air(clip, ground, path, level, exposure)
 
     seed = find_seed(clip, ground, sampled, radius_range=_radius_range(drop), falling=falling, fits=fits)
-    problem = NO_SPHERE
+    problem = NO_SPHERE + (f"; {NOT_IN_AIR}" if drop.experiment.kind == "water_entry" else "")
     if seed is None:
         seed = _faint_seed(drop, clip, ground, sampled, fits)
         if seed is not None and not fits(seed):
@@ -136,13 +137,15 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     if checked != axis:
         columns = in_metres(drop, clip, sightings, (scales, surface, checked), track.check)
     state_radius(columns, track.radius_air, track.radius_water)
-    problem = "" if impact.status == "ok" else why_no_impact(impact, "surface", drop.view("side").frames)
+    problem = why_no_impact(impact, "surface", drop, clip)
     if track.deformed:
         problem = (
             f"sphere.material is rigid, but below the surface its stretch reaches {1.0 + track.deformed:.2f}: name its "
             "material, which may be one of your own in materials.yaml"
         )
     columns = dated(columns, t_s)
+    if "ok" not in columns["status"] and not any(item.ok and not item.wet for item in sightings):
+        problem = NOT_IN_AIR
     offset = track.check.stretch_offset
     return SideResult(columns, scales, surface, track.radius_air, impact, problem, offset, checked)
 

@@ -103,10 +103,16 @@ def in_metres(
     return columns
 
 
-def why_no_impact(impact: Impact, target: str, frames: tuple[int, int] | None = None) -> str:
-    """One sentence for a sphere that is not seen to reach its ``target``, surface or plate; ``frames`` if limited."""
+def why_no_impact(impact: Impact, target: str, drop: Drop, clip: Clip) -> str:
+    """One sentence for a sphere that is not seen to reach its ``target``, surface or plate; empty where it is."""
+    if impact.status == "ok":
+        return ""
+    frames = drop.view("side").frames
+    longer = "take a longer clip" if frames is None else f"take more of the clip than views.side.frames {[*frames]}"
+    if impact.status == "clip_ended":
+        missing = impact.beyond_s / float(np.median(np.diff(clip.time_s)))
+        return f"the clip ends {missing:.1f} frames before the sphere meets the {target}, in air: {longer}"
     if impact.status == "no_object":
-        longer = "take a longer clip" if frames is None else f"take more of the clip than views.side.frames {[*frames]}"
         return (
             f"the sphere never reaches the {target}: check views.side.surface_y_px, {longer}, or say kind: "
             "free_flight where there is none"
