@@ -75,3 +75,13 @@ def test_a_scale_that_the_sphere_contradicts_is_told(
         assert ("views.side.scale_px_per_m is 918, but the sphere of 51 mm measures " in caplog.text) is told
         assert ("check the scale or sphere.diameter_m" in caplog.text) is told
     change(soft, "side", scale_px_per_m="auto")
+
+
+def test_a_scale_by_which_no_sphere_is_found_is_told(soft: Path, tmp_path: Path) -> None:
+    """Spheres of a third more than the size that the user gives are not looked for."""
+    change(soft, "side", scale_px_per_m=1250.0)
+    try:
+        _, error = measure(soft, tmp_path)
+    finally:
+        change(soft, "side", scale_px_per_m="auto")
+    assert "check scale_px_per_m and sphere.diameter_m, by which only spheres of about 32 px" in str(error)

@@ -37,8 +37,15 @@ if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
 
 NO_SPHERE = (
-    "no sphere was found in any frame: check source, roi_px, rotate, flip and polarity of views.side; a clip that "
+    "no sphere was found in any frame: check {}source, roi_px, rotate, flip and polarity of views.side; a clip that "
     "starts below the surface needs views.side.background"
+)
+SIZE_GIVEN = (
+    "scale_px_per_m and sphere.diameter_m, by which only spheres of about {:.0f} px radius are looked for, and "
+)
+NO_SIZE = (
+    "a sphere is followed, but too little of its outline agrees with a sphere to tell its size: leave out what is "
+    "painted on it or stuck to it, check polarity of views.side, or give its scale_px_per_m"
 )
 TOO_FAINT = (
     "something round is seen, but with too little contrast against the light to be measured: film with more contrast, "
@@ -55,7 +62,7 @@ def measure_side(drop: Drop, clip: Clip, ground: Background, sampled: list[int])
         return fits_in_air(clip, ground, path, level, exposure)
 
     seed = find_seed(clip, ground, sampled, radius_range=_radius_range(drop), falling=falling, fits=fits)
-    problem = NO_SPHERE
+    problem = _no_sphere(drop)
     if seed is None:
         seed = _faint_seed(drop, clip, ground, sampled, fits)
         if seed is not None and not fits(seed):
@@ -72,6 +79,13 @@ def measure_side(drop: Drop, clip: Clip, ground: Background, sampled: list[int])
     if surface.status != "ok":
         return _without_surface(clip)
     return _measure_entry(drop, clip, ground, (seed, surface))
+
+
+def _no_sphere(drop: Drop) -> str:
+    """What to check where no sphere was found: first the scale that says how large it is, where one was given."""
+    pair = drop.view("side").scale_pair
+    given = "" if pair.air == "auto" else SIZE_GIVEN.format(pair.air * drop.experiment.sphere.radius_m)
+    return NO_SPHERE.format(given)
 
 
 def _faint_seed(
@@ -137,6 +151,8 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
         columns = in_metres(drop, clip, sightings, (scales, surface, checked), track.check)
     state_radius(columns, track.radius_air, track.radius_water)
     problem = "" if impact.status == "ok" else why_no_impact(impact, "surface", drop.view("side").frames)
+    if not (track.radius_air.known or track.radius_water.known):
+        problem = NO_SIZE
     if track.deformed:
         problem = (
             f"sphere.material is rigid, but below the surface its stretch reaches {1.0 + track.deformed:.2f}: name its "
