@@ -10,6 +10,7 @@ import numpy as np
 
 from wentry_cli.contours.departure import Shape
 from wentry_cli.imaging.background import Background
+from wentry_cli.tracking.confirmed import without_unconfirmed
 from wentry_cli.tracking.follow import GIVEN_UP_AFTER, Watch, follow
 from wentry_cli.tracking.mirror import Mirror, stands_out
 from wentry_cli.tracking.prediction import Path
@@ -123,7 +124,7 @@ class WetTracker:
         return sighting.fit.bottom_y_px < last.bottom_y_px + 1.1 * falls + 3.0
 
     def _radius(self, seen: list[Sighting]) -> PooledRadius:
-        pooled = pool_sightings(seen, wet=True)
+        pooled = pool_sightings(without_unconfirmed(seen), wet=True)
         if not pooled.known:
             return NO_RADIUS
         if self.scene.deformable:

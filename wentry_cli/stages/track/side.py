@@ -16,6 +16,7 @@ from wentry_cli.imaging.free_surface import NO_SURFACE, SurfaceRow
 from wentry_cli.kinematics.centre import below_ellipsoid, centre_height
 from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.stages.track.axis import NO_AXIS, assumed_axis, checked_axis
+from wentry_cli.stages.track.below import warn_where_lost_below
 from wentry_cli.stages.track.exposure import exposure_frames, fitting_level
 from wentry_cli.stages.track.impact import NO_IMPACT, entry_impact
 from wentry_cli.stages.track.lost_frames import without_lost_time
@@ -158,6 +159,8 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
             f"sphere.material is rigid, but below the surface its stretch reaches {1.0 + track.deformed:.2f}: name its "
             "material, which may be one of your own in materials.yaml"
         )
+    if not problem:
+        warn_where_lost_below(drop, clip, sightings, surface.y_px)
     columns = dated(columns, t_s)
     offset = track.check.stretch_offset
     return SideResult(columns, scales, surface, track.radius_air, impact, problem, offset, checked)
