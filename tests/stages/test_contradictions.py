@@ -93,3 +93,13 @@ def test_a_clip_that_starts_below_the_surface_is_told_not_to(
         path.write_text(text, encoding="utf-8")
     assert "is not measured, with or without views.side.background" in str(error)
     assert "take it from where the sphere is seen whole in air" in str(error)
+
+
+def test_a_scale_by_which_no_sphere_is_found_is_told(soft: Path, tmp_path: Path) -> None:
+    """Spheres of a third more than the size that the user gives are not looked for."""
+    change(soft, "side", scale_px_per_m=1250.0)
+    try:
+        _, error = measure(soft, tmp_path)
+    finally:
+        change(soft, "side", scale_px_per_m="auto")
+    assert "check scale_px_per_m and sphere.diameter_m, by which only spheres of about 32 px" in str(error)

@@ -10,6 +10,7 @@ from wentry_cli.tracking.flight import air_plan
 from wentry_cli.tracking.follow import follow
 from wentry_cli.tracking.mirror import NO_MIRROR
 from wentry_cli.tracking.prediction import Path
+from wentry_cli.tracking.scale import NO_RADIUS
 from wentry_cli.tracking.wet_plan import SideScene
 from wentry_cli.tracking.wet_track import WetTracker
 
@@ -48,3 +49,12 @@ def test_a_fall_that_gains_no_speed_is_bounded_by_its_speed() -> None:
     assert fast.gain == 0.0
     assert believed(fast, 40, depth(40, 0.0) + RADIUS)
     assert not believed(fast, 40, depth(40, 0.0) + RADIUS + 12.0)
+
+
+def test_a_sphere_of_unknown_size_is_left_as_it_was_seen() -> None:
+    """Where neither air nor water told a radius there is none to hold: no frame is predicted with it."""
+    found = tracker(0.0)
+    seen = [replace(item, wet=True) for item in found.dry]
+    found.plan.pilot = seen[:5]
+    assert found.settle(seen, NO_RADIUS) == seen
+    assert found.deformation(NO_RADIUS) == 0.0

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from wentry_cli.kinematics.ballistic import fit_parabola
 from wentry_cli.kinematics.centre import below_ellipsoid, early_shape_time, early_shape_time_from_period
 from wentry_cli.kinematics.entry import EntryMotion, fall_before_impact, solve_entry_motion
-from wentry_cli.kinematics.release import release_time
+from wentry_cli.kinematics.fall_check import check_fall
 from wentry_cli.kinematics.state_pass import Ballistic
 from wentry_cli.stages.inputs.columns import column, first_known, first_row, number
 from wentry_cli.stages.track.scales import axis_effect
@@ -27,7 +27,10 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 logger = logging.getLogger(__name__)
-FEWEST_IN_FALL, SLOW_EDGE_PX, CLEARLY_OFF = 8, 0.03, 5.0
+CHECK_FALL = (
+    "check fps of views.side and sphere.diameter_m, which give time and scale, polarity, which says what of a bright "
+    "sphere is followed, and that the camera does not shake"
+)
 NOMINAL_DENSITY = 1070.0  # the paper's; only bounds the drag of the air where none was given
 
 
@@ -122,32 +125,18 @@ def _entry(folder: Path, drop: Drop) -> dict[str, Any] | None:
 
 def _check_fall(drop: Drop, times: Array, bottom: tuple[Array, Array], scale_px_m: float) -> None:
     """Warn where the sphere falls before impact with clearly another acceleration than that of gravity."""
-    before = (times < 0.0) & np.isfinite(bottom[0])
-    before &= times > release_time(times[before], bottom[0][before], bottom[1][before])
-    if before.sum() < FEWEST_IN_FALL:
-        return
     gravity = drop.experiment.gravity_m_s2
-    found, unc, falls = _falls(times[before], (bottom[0][before], bottom[1][before]), scale_px_m, gravity)
-    if falls:
+    fall = check_fall(times, bottom, gravity, 1.0 / scale_px_m)
+    if fall is None or fall.falls:
         return
-    early = np.flatnonzero(before)[: FEWEST_IN_FALL // 2 + int(before.sum()) // 2]
-    told = "check fps and sphere.diameter_m, which give time and scale"
+    told = CHECK_FALL
     if drop.view("side").surface_y_px != "auto":
-        fell = _falls(times[early], (bottom[0][early], bottom[1][early]), scale_px_m, gravity)[2]
-        told = "check views.side.surface_y_px, which says when it ends" if fell else f"{told}, views.side.surface_y_px"
+        when = "views.side.surface_y_px, which says when it ends"
+        told = f"check {when}" if fall.falls_early else f"{told}, and {when}"
     logger.warning(
         "%s: before impact the sphere falls with %.2g ± %.1g m/s², not with gravity_m_s2 = %.3g: %s",
-        drop.name, found, unc, gravity, told,
+        drop.name, fall.acceleration, fall.unc, gravity, told,
     )  # fmt: skip
-
-
-def _falls(times: Array, bottom: tuple[Array, Array], scale_px_m: float, gravity: float) -> tuple[float, float, bool]:
-    """Acceleration downwards and its uncertainty, m/s², and whether it may be that of gravity."""
-    fit = fit_parabola(times, *bottom, relative=True)
-    found, unc = -float(fit.parameters[2]), math.sqrt(float(fit.covariance[2, 2]))
-    # an edge that errs by a part of a pixel, slowly, looks like the bend of a parabola
-    bend = 8.0 * SLOW_EDGE_PX / scale_px_m / float(np.ptp(times)) ** 2
-    return found, unc, abs(found - gravity) <= max(CLEARLY_OFF * unc + bend, 0.25 * gravity)
 
 
 def entry_motion(

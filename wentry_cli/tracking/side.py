@@ -16,6 +16,7 @@ from wentry_cli.contours.departure import Departure
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.imaging.background import Background
 from wentry_cli.kinematics.release import release_time
+from wentry_cli.tracking.confirmed import without_unconfirmed
 from wentry_cli.tracking.flight import air_plan, both_ways
 from wentry_cli.tracking.follow import Plan
 from wentry_cli.tracking.mirror import NO_MIRROR, Mirror, find_mirror, without_rising
@@ -80,7 +81,7 @@ def track_side(frames: Frames, ground: Background, seed: Path, scene: SideScene)
     if not water.known:
         # there may or may not be a wall before the water
         water = replace(air, unc=max(air.unc, UNKNOWN_WALL * air.value))
-    seen = without_rising(below.settle(wet, water), mirror)
+    seen = without_unconfirmed(without_rising(below.settle(wet, water), mirror))
     deformed = 0.0 if scene.deformable or _mostly_ok(seen) else below.deformation(water)
     return SideTrack([*dry, *seen], air, water, check, mirror, deformed)
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from wentry_cli.contours.departure import Shape
 from wentry_cli.imaging.background import Background
+from wentry_cli.tracking.confirmed import without_unconfirmed
 from wentry_cli.tracking.follow import GIVEN_UP_AFTER, Watch, follow
 from wentry_cli.tracking.mirror import Mirror, stands_out
 from wentry_cli.tracking.prediction import Path
@@ -123,7 +124,7 @@ class WetTracker:
         return sighting.fit.bottom_y_px < last.bottom_y_px + 1.1 * falls + 3.0
 
     def _radius(self, seen: list[Sighting]) -> PooledRadius:
-        pooled = pool_sightings(seen, wet=True)
+        pooled = pool_sightings(without_unconfirmed(seen), wet=True)
         if not pooled.known:
             return NO_RADIUS
         if self.scene.deformable:
@@ -131,7 +132,12 @@ class WetTracker:
         return corrected_radius(pooled, self.check)
 
     def deformation(self, water: PooledRadius) -> float:
-        """How far λ departs from 1 in the first frames below the surface, were it left free; 0 where it does not."""
+        """How far λ departs from 1 in the first frames below the surface, were it left free; 0 where it does not.
+
+        Without a radius, which λ is relative to, nobody knows: 0.
+        """
+        if not water.known:
+            return 0.0
         path = Path(water.value)
         for frame, fit in self.good[-3:]:
             path.add(frame, fit.shape)
@@ -148,8 +154,11 @@ class WetTracker:
         """Give all sightings the final radius.
 
         What was seen before the radius was known, or before a tilt was, is measured again, backwards from there, with
-        both held; the rest moves by its own sensitivity to the last digits of the radius.
+        both held; the rest moves by its own sensitivity to the last digits of the radius. Without any radius, air's or
+        water's, nothing can be held, and all stays as it was seen.
         """
+        if not water.known:
+            return seen
         last = self.plan.pilot[-1].frame if self.plan.pilot and not self.scene.radius_water.known else -1
         last = max(last, self.plan.tilt.harmful_before)
         start = next((index for index, item in enumerate(seen) if item.frame > last), len(seen))

@@ -121,7 +121,7 @@ def _flight(folder: Path, drop: Drop) -> Row:
     if abs(value + gravity) > max(FREE_FALL_SIGMA * unc, FREE_FALL * gravity):
         logger.warning(
             "%s: a free flight falls with %.3g m/s², but the acceleration is measured to be %.3g ± %.2g m/s²; check "
-            "kind, fps and sphere.diameter_m",
+            "kind, sphere.diameter_m, fps and polarity, and that the camera does not shake",
             drop.name, -gravity, value, unc,
         )  # fmt: skip
     velocity = number(middle, "v_c_m_s")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wentry_cli.kinematics.entry import fall_before_impact, fall_speed, impact_velocity
+from wentry_cli.kinematics.fall_check import check_fall
 from wentry_cli.kinematics.interpolation import hermite, nearest
 from wentry_cli.scaling.dimensionless import velocity_loss
 from wentry_cli.stages.inputs.columns import column, first_row, number
@@ -61,7 +62,9 @@ def preferred_sources(drop: Drop) -> tuple[str, ...]:
 def impact_speed_alone(folder: Path, drop: Drop) -> Speeds:
     """U₀ of a drop on a rigid surface, from its heights before impact."""
     air, _ = scale_uncertainties(folder, drop)
-    speed, unc = _speed_of_fall(read_table(folder, "side"), "y_b_m", folder, drop)
+    side = read_table(folder, "side")
+    speed, unc = _speed_of_fall(side, "y_b_m", folder, drop)
+    unc = math.hypot(unc, _doubted_fall(side, speed, folder, drop))
     return Speeds(speed, math.hypot(unc, speed * air), math.nan, math.nan, math.nan, math.nan, "")
 
 
@@ -78,6 +81,14 @@ def _speed_of_fall(table: pd.DataFrame, height: str, folder: Path, drop: Drop) -
         experiment.sphere.density or 1000.0,
     )
     return fall_speed(column(table, "t_s"), column(table, height), unc, fall)
+
+
+def _doubted_fall(table: pd.DataFrame, speed: float, folder: Path, drop: Drop) -> float:
+    """What U₀ may be wrong by where the fall before impact contradicts gravity."""
+    scale = number(first_row(folder, "geometry", view="side"), "scale_px_per_m", math.inf)
+    heights = column(table, "y_b_m"), column(table, "y_b_m_unc")
+    fall = check_fall(column(table, "t_s"), heights, drop.experiment.gravity_m_s2, 1.0 / scale)
+    return fall.speed_doubt(speed) if fall is not None and math.isfinite(speed) else 0.0
 
 
 def velocity_at(table: pd.DataFrame, when: float) -> tuple[float, float]:
@@ -119,13 +130,14 @@ def velocity_before_impact(table: pd.DataFrame) -> tuple[float, float]:
 def _speeds_from(table: pd.DataFrame, folder: Path, source: str, drop: Drop) -> Speeds:
     """U₀ and U₁ of one table; the scale's error is common to both and drops out of ΔU/U₀ where the scales agree.
 
-    A sphere that falls is faster where the impact is taken later: its uncertain moment counts in U₀.
+    A sphere that falls is faster where the impact is taken later: its uncertain moment counts in U₀. So does a fall
+    that gravity does not explain.
     """
     air, water = scale_uncertainties(folder, drop)
     velocity, noise = velocity_at_impact(table, folder, drop)
     late = number(first_row(folder, "geometry", view="side"), "impact_time_s_unc", 0.0)
-    noise = math.hypot(noise, late * drop.experiment.gravity_m_s2)
     impact = -velocity
+    noise = math.hypot(noise, late * drop.experiment.gravity_m_s2, _doubted_fall(table, impact, folder, drop))
     impact_unc = math.hypot(noise, impact * air)
     period = first_row(folder, "periods")
     end, end_unc = number(period, "t_end_s"), number(period, "t_end_s_unc", 0.0)

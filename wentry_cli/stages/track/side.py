@@ -16,6 +16,7 @@ from wentry_cli.imaging.free_surface import NO_SURFACE, SurfaceRow
 from wentry_cli.kinematics.centre import below_ellipsoid, centre_height
 from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.stages.track.axis import NO_AXIS, assumed_axis, checked_axis
+from wentry_cli.stages.track.below import warn_where_lost_below
 from wentry_cli.stages.track.exposure import exposure_frames, fitting_level
 from wentry_cli.stages.track.impact import NO_IMPACT, entry_impact
 from wentry_cli.stages.track.lost_frames import without_lost_time
@@ -36,10 +37,17 @@ from wentry_cli.tracking.wet_radius import pool_sightings
 if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
 
-NO_SPHERE = "no sphere was found in any frame: check source, roi_px, rotate, flip and polarity of views.side"
+NO_SPHERE = "no sphere was found in any frame: check {}source, roi_px, rotate, flip and polarity of views.side"
 NOT_IN_AIR = (
     "a clip that starts when the sphere is at the surface or below it already is not measured, with or without "
     "views.side.background and scale_px_per_m: take it from where the sphere is seen whole in air"
+)
+SIZE_GIVEN = (
+    "scale_px_per_m and sphere.diameter_m, by which only spheres of about {:.0f} px radius are looked for, and "
+)
+NO_SIZE = (
+    "a sphere is followed, but too little of its outline agrees with a sphere to tell its size: leave out what is "
+    "painted on it or stuck to it, check polarity of views.side, or give its scale_px_per_m"
 )
 TOO_FAINT = (
     "something round is seen, but with too little contrast against the light to be measured: film with more contrast, "
@@ -56,7 +64,7 @@ def measure_side(drop: Drop, clip: Clip, ground: Background, sampled: list[int])
         return fits_in_air(clip, ground, path, level, exposure)
 
     seed = find_seed(clip, ground, sampled, radius_range=_radius_range(drop), falling=falling, fits=fits)
-    problem = NO_SPHERE + (f"; {NOT_IN_AIR}" if drop.experiment.kind == "water_entry" else "")
+    problem = _no_sphere(drop)
     if seed is None:
         seed = _faint_seed(drop, clip, ground, sampled, fits)
         if seed is not None and not fits(seed):
@@ -73,6 +81,13 @@ def measure_side(drop: Drop, clip: Clip, ground: Background, sampled: list[int])
     if surface.status != "ok":
         return _without_surface(clip)
     return _measure_entry(drop, clip, ground, (seed, surface))
+
+
+def _no_sphere(drop: Drop) -> str:
+    """What to check where no sphere was found: first the scale that says how large it is, where one was given."""
+    pair = drop.view("side").scale_pair
+    given = "" if pair.air == "auto" else SIZE_GIVEN.format(pair.air * drop.experiment.sphere.radius_m)
+    return NO_SPHERE.format(given) + (f"; {NOT_IN_AIR}" if drop.experiment.kind == "water_entry" else "")
 
 
 def _faint_seed(
@@ -138,11 +153,15 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
         columns = in_metres(drop, clip, sightings, (scales, surface, checked), track.check)
     state_radius(columns, track.radius_air, track.radius_water)
     problem = why_no_impact(impact, "surface", drop, clip)
+    if not (track.radius_air.known or track.radius_water.known):
+        problem = NO_SIZE
     if track.deformed:
         problem = (
             f"sphere.material is rigid, but below the surface its stretch reaches {1.0 + track.deformed:.2f}: name its "
             "material, which may be one of your own in materials.yaml"
         )
+    if not problem:
+        warn_where_lost_below(drop, clip, sightings, surface.y_px)
     columns = dated(columns, t_s)
     if "ok" not in columns["status"] and not any(item.ok and not item.wet for item in sightings):
         problem = NOT_IN_AIR
