@@ -275,6 +275,9 @@ def test_a_table_that_goes_on_on_another_page_has_its_header_again() -> None:
         first = page[0]
         assert isinstance(first, Line)
         assert [text for _, text in first.cells] == ["drop", "what happened"]
+        second = page[1]
+        assert isinstance(second, Line)
+        assert second.cells[0][1].startswith("drop ")  # no row is torn
         assert sum(line.height for line in page) <= USED
 
 

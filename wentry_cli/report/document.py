@@ -23,7 +23,6 @@ NO_METADATA = {"CreationDate": None, "ModDate": None, "Producer": None, "Creator
 MARGINS = (0.055, 0.89, 0.055)
 TOP_IN, FOOT_IN = 0.4, 0.4  # inches kept free
 USED = A4[1] - TOP_IN - FOOT_IN
-BOLD = 6  # lines of a heading and a header at most
 FOLLOWING = 2  # rows that go with a heading and the header of its table; of panels, one
 SHRINK = 0.88  # three rows on a page
 CAPTION: Look = {"fontsize": 5.8, "color": "#444444", "va": "top", "linespacing": 1.25}
@@ -96,7 +95,7 @@ def _onto_pages(items: Sequence[Item]) -> list[list[Item]]:
     pages: list[list[Item]] = [[]]
     used = 0.0
     for place, item in enumerate(items):
-        if pages[-1] and used + _together(items[place : place + BOLD + FOLLOWING]) > USED:
+        if pages[-1] and used + _together(items[place:]) > USED:
             pages.append(list(item.header) if isinstance(item, Line) else [])
             used = sum(line.height for line in pages[-1])
         pages[-1].append(item)
@@ -105,14 +104,17 @@ def _onto_pages(items: Sequence[Item]) -> list[list[Item]]:
 
 
 def _together(items: Sequence[Item]) -> float:
-    """Inches that the first item needs with what must not be parted from it: a heading and headers with their rows."""
+    """Inches that the first item needs with what must not be parted from it: a heading and headers with their rows.
+
+    A row in several lines stays together, unless it takes more than half a page.
+    """
     bold = list(takewhile(_bold, items))
-    if not bold:
-        return items[0].height
-    rows = items[len(bold) : len(bold) + FOLLOWING]
-    if rows and isinstance(rows[0], Row):
-        rows = rows[:1]
-    return min(sum(item.height for item in (*bold, *rows)), USED)
+    rest = items[len(bold) :]
+    if not rest or isinstance(rest[0], Row):
+        return min(sum(item.height for item in (*bold, *rest[:1])), USED)
+    row = rest[0].followed + 1
+    lines = rest[: max(row, FOLLOWING) if bold else row]
+    return sum(item.height for item in bold) + min(sum(item.height for item in lines), 0.5 * USED)
 
 
 def _bold(item: Item) -> bool:

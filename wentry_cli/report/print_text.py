@@ -20,7 +20,7 @@ SMALLEST = 5.8  # points; a table that needs smaller letters is printed in parts
 WIDTH_PT = (RIGHT - LEFT) * A4[0] * 72.0
 GAP = 1.2  # between columns; like the two below in sizes of a letter
 NARROWEST = 16.0  # of a column whose cells are broken into lines
-WIDEST_NAME = 24.0  # of the first column of a table that is printed in parts
+WIDEST_NAME = 24.0  # of the first column of a table that is printed in parts; wider columns may be narrowed to it
 
 
 @dataclass(frozen=True)
@@ -30,6 +30,7 @@ class Line:
     cells: tuple[tuple[float, str], ...]
     size: float = PLAIN
     bold: bool = False
+    followed: int = 0  # lines that belong to the same row
     header: tuple[Line, ...] = ()  # of a row of a table: to be repeated where the table goes on on another page
 
     @property
@@ -118,7 +119,7 @@ def _table(table: TextTable) -> list[Line]:
     widths = [first, *(min(width, room - first) for width in widths[1:])]
     lines: list[Line] = []
     for part in _parts(widths, room):
-        lines += [*_grid(_columns(table, part), [widths[place] for place in part], PLAIN), _text("", 4.0)]
+        lines += [*_grid(_columns(table, list(part)), list(part.values()), PLAIN), _text("", 4.0)]
     return lines
 
 
@@ -129,9 +130,10 @@ def _grid(table: TextTable, widths: list[float], size: float) -> list[Line]:
     def lines_of(row: tuple[str, ...], header: tuple[Line, ...] | None) -> list[Line]:
         bold = header is None
         cells = [lines_within(text, width - GAP + 0.01, bold=bold) for text, width in zip(row, widths, strict=True)]
+        count = max(map(len, cells)) - 1
         return [
-            Line(tuple((x, text) for x, text in zip(places, line, strict=True) if text), size, bold, header or ())
-            for line in zip_longest(*cells, fillvalue="")
+            Line(tuple(c for c in zip(places, line, strict=True) if c[1]), size, bold, count - number, header or ())
+            for number, line in enumerate(zip_longest(*cells, fillvalue=""))
         ]
 
     header = tuple(lines_of(table.header, None))
@@ -148,16 +150,19 @@ def _shared(widths: list[float], room: float) -> list[float]:
     return widths
 
 
-def _parts(widths: list[float], room: float) -> list[list[int]]:
-    """Share columns that each fit beside the first one among parts that fit ``room``, each with the first column."""
-    parts: list[list[int]] = [[0]]
+def _parts(widths: list[float], room: float) -> list[dict[int, float]]:
+    """Share columns (place: width) among parts that fit ``room``, each with the first column; wide ones narrowed."""
+    parts: list[dict[int, float]] = [{0: widths[0]}]
     left = room - widths[0]
     for place in range(1, len(widths)):
-        if widths[place] > left + 1e-9:
-            parts.append([0])
-            left = room - widths[0]
-        parts[-1].append(place)
-        left -= widths[place]
+        width = widths[place]
+        if width > left + 1e-9:
+            if left < WIDEST_NAME or width < WIDEST_NAME:
+                parts.append({0: widths[0]})
+                left = room - widths[0]
+            width = min(width, left)
+        parts[-1][place] = width
+        left -= width
     return parts
 
 
