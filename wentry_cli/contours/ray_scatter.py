@@ -21,6 +21,24 @@ TUKEY = 4.685
 RAY_WIDTH_PX = 3.5
 # Residuals whose variance is beyond this times that of their differences are no noise.
 SIGNIFICANT = 2.0
+# Cornish-Fisher's series of the 97.5 % point of Student's t over that of the normal distribution, in 1/freedom.
+STUDENT = (1.210, 1.438, 1.306)
+# With fewer left over Student's t has no fourth moment: nobody knows how well the scale is known.
+LEAST_FREEDOM = 4.0
+
+
+@compiled
+def few_rays(independent: float, size: int) -> float:
+    """Factor on the variance of ``size`` parameters whose scale was taken from so many ``independent`` residuals.
+
+    What the parameters swallow the residuals do not show, and a scale from few of them may be much too small by chance:
+    Student's t, so that 1.96 standard uncertainties hold 95 % of the errors. NaN where too few are left to judge by.
+    """
+    freedom = independent - size
+    if freedom < LEAST_FREEDOM:
+        return math.nan
+    student = 1.0 + STUDENT[0] / freedom + STUDENT[1] / freedom**2 + STUDENT[2] / freedom**3
+    return independent / freedom * student**2
 
 
 @compiled
@@ -45,12 +63,16 @@ def scan_covariance(off: Floats, rays: Floats, free: Ints, factor: Floats, scale
     size, number = free.size, rays.shape[0]
     spacing = 0.0
     for k in range(number):
-        spacing += max(0.5, rays[k, LENGTH]) / number
+        spacing += rays[k, LENGTH] / number
     noise = ray_noise(off, 1 + int(RAY_WIDTH_PX / spacing))
     excess = 0.0
     if scale * scale > SIGNIFICANT * noise * noise:
         excess = scale * scale - noise * noise
-    inflation = scale**2 * max(1.0, RAY_WIDTH_PX / spacing)
+    shared = max(1.0, RAY_WIDTH_PX / spacing)
+    kept = 0
+    for k in range(number):
+        kept += abs(off[k, 0]) < TUKEY * scale
+    inflation = scale**2 * shared * few_rays(kept / shared, size)
     covariance = np.empty((size, size))
     unit = np.empty(size)
     for j in range(size):
