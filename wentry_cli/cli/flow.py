@@ -65,9 +65,9 @@ class Flow:
         from wentry_cli.runner.twice import warn_of_twice
 
         keep_raw_data(campaign, self.results)  # before the lock, which makes the folder
-        if not self.quiet and compiles_anew(order.kernels(campaign)):
-            click.echo(FIRST_RUN, err=True)
         with locked(self.results):
+            if not self.quiet and compiles_anew(order.kernels(campaign)):
+                click.echo(FIRST_RUN, err=True)
             with reporting(quiet=self.quiet, verbose=self.verbose) as report:
                 if order.measures:
                     tell_failures(campaign, report)
