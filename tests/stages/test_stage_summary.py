@@ -258,6 +258,18 @@ def test_too_few_frames(tmp_path: Path) -> None:
     assert math.isnan(row["impact_speed_m_s"])
 
 
+def test_a_frame_left_out_by_hand_is_not_measured(tmp_path: Path) -> None:
+    known = motion()
+    write_views(tmp_path, known)
+    side = read_table(tmp_path, "side")
+    side.loc[[5, 6, 7], "status"] = "manual"
+    side.loc[[5, 6], "y_b_m"] = math.nan
+    write_table(tmp_path, "side", side)
+    summary.run(tmp_path, make_drop())
+    row = read_table(tmp_path, "summary").iloc[0]
+    assert row["frames_measured"] == row["frames_total"] - 2
+
+
 def test_a_drop_on_a_rigid_surface(tmp_path: Path) -> None:
     known = motion()
     drop = make_drop(kind="surface_impact")

@@ -81,7 +81,7 @@ def _description(drop: Drop) -> Row:
 
 
 def _counts(folder: Path, drop: Drop) -> Row:
-    """Frames of the leading view with status ok (or set by hand), and frames in its clip."""
+    """Frames of the leading view with status ok or a value set by hand, and frames in its clip."""
     leading = drop.experiment.sides[0]
     if not has_table(folder, leading):
         return {"frames_measured": 0, "frames_total": 0}
@@ -90,7 +90,10 @@ def _counts(folder: Path, drop: Drop) -> Row:
     if has_table(folder, "frames"):
         frames = read_table(folder, "frames")
         total = max(total, int((frames["view"] == leading).sum()))
-    return {"frames_measured": int(view["status"].isin(["ok", "manual"]).sum()), "frames_total": total}
+    # a frame that a person left out is manual too, but has no value
+    value = view["y_b_m" if leading == "side" else "stretch"]
+    measured = (view["status"] == "ok") | ((view["status"] == "manual") & value.notna())
+    return {"frames_measured": int(measured.sum()), "frames_total": total}
 
 
 def _speed_columns(speeds: Speeds) -> Row:
