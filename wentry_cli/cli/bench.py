@@ -54,6 +54,7 @@ def command(
         click.echo("\n".join([HEAD, RULE, *write_rows(rows)]))
     if output is not None:
         words = ["wentry bench", *(f"--chapter {name}" for name in chapters), *(["--quick"] if quick else [])]
+        words += [f"-j {jobs}"] if jobs > 1 else []  # chapters beside each other share the caches: rates are lower
         click.echo(str(write_page(rows, output, " ".join([*words, f"--seed {seed}"]))), err=True)
         for name in wanted:
             module = importlib.import_module(f"wentry_cli.bench.{name}")
