@@ -145,7 +145,7 @@ def test_speed_of_a_fall_from_rest_within_the_clip() -> None:
     pulls = []
     for seed in range(40):
         seen = y + 2.5e-5 * np.random.default_rng(seed).normal(size=t.size)
-        speed, unc = fall_speed(t, seen, np.full(t.size, 2.5e-5), Ballistic(-G, 0.1))
+        speed, unc = fall_speed(t, seen, np.full(t.size, 2.5e-5), Ballistic(-G, 0.1), -0.05)
         pulls.append((speed - G * 0.05) / unc)
     assert 0.6 < rms(np.array(pulls)) < 1.4
 
@@ -155,7 +155,8 @@ def test_the_frames_before_a_release_are_smoothed_by_themselves(count: int) -> N
     t, y, speed = held(count)
     y = y + 1e-5 * np.random.default_rng(3).normal(size=t.size)
     unc = np.full(t.size, 1e-5)
-    motion = solve_entry_motion(t, (y, unc), (np.ones(t.size), np.zeros(t.size)), R, ballistic=Ballistic(-G, 0.1))
+    rigid = np.ones(t.size), np.zeros(t.size)
+    motion = solve_entry_motion(t, (y, unc), rigid, R, ballistic=Ballistic(-G, 0.1), released_s=-0.05)
     hanging = t < -0.0505
     assert list(motion.held[hanging]) == [True] * hanging.sum()
     assert not motion.outlier[t < 0].any()

@@ -14,6 +14,7 @@ from wentry_cli.contours.fitting import assemble_fit
 from wentry_cli.imaging.free_surface import SurfaceRow
 from wentry_cli.stages.track.impact import entry_impact
 from wentry_cli.stages.track.side_result import why_no_impact
+from wentry_cli.tracking.held import let_go
 from wentry_cli.tracking.sighting import Sighting
 
 FPS, G, SURFACE, NOISE = 1000.0, 9.81, 400.0, 0.02
@@ -37,7 +38,9 @@ def sightings(count: int, released_s: float, fall_s: float) -> list[Sighting]:
 def test_impact_and_speed_are_those_of_the_fall(released_s: float, fall_s: float) -> None:
     seen = sightings(200, released_s, fall_s)
     clip = SimpleNamespace(time_s=np.arange(200) / FPS)
-    impact = entry_impact(make_drop(), clip, seen, (SurfaceRow(SURFACE, 0.05, 3.0, 0.5, "ok"), SCALE))
+    impact = entry_impact(
+        make_drop(), clip, seen, (SurfaceRow(SURFACE, 0.05, 3.0, 0.5, "ok"), SCALE), let_go(seen, clip.time_s)
+    )
     assert impact.status == "ok"
     assert abs(impact.time_s - released_s - fall_s) < 3.0 * impact.time_unc_s < 1e-3
     assert impact.speed_px_s == pytest.approx(G * fall_s * SCALE, rel=2e-3)
@@ -51,7 +54,9 @@ def test_a_clip_that_ends_in_air_says_by_how_much(count: int, status: str) -> No
     seen = sightings(count, 0.0702, 0.05)
     clip = SimpleNamespace(time_s=np.arange(count) / FPS)
     drop = make_drop()
-    impact = entry_impact(drop, clip, seen, (SurfaceRow(SURFACE, 0.05, 3.0, 0.5, "ok"), SCALE))
+    impact = entry_impact(
+        drop, clip, seen, (SurfaceRow(SURFACE, 0.05, 3.0, 0.5, "ok"), SCALE), let_go(seen, clip.time_s)
+    )
     assert impact.status == status
     told = why_no_impact(impact, "surface", drop, clip)
     if status == "clip_ended":

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from wentry_cli.kinematics.ballistic import fit_parabola
 from wentry_cli.kinematics.centre import centre_height
 from wentry_cli.kinematics.outliers import scatter_ratio
-from wentry_cli.kinematics.release import release_time
 from wentry_cli.kinematics.smoother import Mode, SmoothTrack, TrackState, smooth_track
 from wentry_cli.kinematics.state_pass import Ballistic
 
@@ -60,6 +59,7 @@ def solve_entry_motion(
     fixed_m: float | Array = 0.0,
     tilt_deg: float | Array = 0.0,
     below_m: float | Array = 0.0,
+    released_s: float = -math.inf,
 ) -> EntryMotion:
     """Smooth y_b and y_c = y_b + R/λ² of a sphere that meets the surface at time 0.
 
@@ -72,15 +72,14 @@ def solve_entry_motion(
     2R/λ³ on y_c changes. What is wrong below the surface has come about since impact: after it, no slower than that.
     ``fixed_m`` is the part that is one and the same in all frames before or in all after impact (the height of the
     surface, the optical axis): it moves no speed. ``tilt_deg`` is how the axis leans in each frame (``centre_height``),
-    ``below_m`` how much lower than an ellipsoid its outline reaches (``below_ellipsoid``). Frames in which a sphere is
-    still held are no part of its fall (``release_time``): they are smoothed by themselves.
+    ``below_m`` how much lower than an ellipsoid its outline reaches (``below_ellipsoid``). Frames up to
+    ``released_s``, in which the sphere is still held, are no part of its fall: they are smoothed by themselves.
     """
     times = np.asarray(times_s, dtype=float)
     rigid = bool(np.all(stretch[1] == 0.0))
     resting = stretch_in_air(times, *stretch)
     height, height_unc = centre_height(bottom[0] + below_m, bottom[1], *resting, radius_m, tilt_deg)
-    air = times < 0.0
-    falls = times > release_time(times[air], bottom[0][air], bottom[1][air])
+    falls = times > released_s
     # the impact stops the bottom of a soft sphere at once, its centre only by and by
     stopped = replace(ballistic, velocity_jump=0.0 if rigid else _speed(times[falls], bottom[0][falls]))
     pairs = (bottom, (height, height_unc))
@@ -258,14 +257,16 @@ def impact_velocity(times_s: Array, velocity: Array, velocity_unc: Array, accele
     return float(velocity[last] - acceleration[last] * times_s[last]), float(velocity_unc[last])
 
 
-def fall_speed(times_s: Array, height_m: Array, height_unc_m: Array, ballistic: Ballistic) -> tuple[float, float]:
+def fall_speed(
+    times_s: Array, height_m: Array, height_unc_m: Array, ballistic: Ballistic, released_s: float = -math.inf
+) -> tuple[float, float]:
     """Return the speed at time 0 (positive downwards) of what falls before it, and its uncertainty; NaN below 3 frames.
 
     Least squares of height, speed and acceleration in the frames from the release to impact, the acceleration with its
-    prior.
+    prior. ``released_s`` is when a sphere that was held is let go.
     """
     good = (times_s < 0.0) & np.isfinite(height_m) & (height_unc_m > 0.0)
-    good &= times_s > release_time(times_s[good], height_m[good], height_unc_m[good])
+    good &= times_s > released_s
     if good.sum() < 3:
         return float("nan"), float("nan")
     t, unc = times_s[good], height_unc_m[good]

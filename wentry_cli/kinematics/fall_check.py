@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from wentry_cli.kinematics.ballistic import fit_parabola
 from wentry_cli.kinematics.entry import fall_speed
-from wentry_cli.kinematics.release import release_time
 from wentry_cli.kinematics.state_pass import Ballistic
 
 Array = NDArray[np.float64]
@@ -42,15 +41,22 @@ class Fall:
         return 0.0 if self.falls else max(abs(speed - other) for other in self.speeds)
 
 
-def check_fall(times_s: Array, bottom_m: tuple[Array, Array], gravity_m_s2: float, pixel_m: float) -> Fall | None:
+def check_fall(
+    times_s: Array,
+    bottom_m: tuple[Array, Array],
+    gravity_m_s2: float,
+    pixel_m: float,
+    *,
+    released_s: float = -math.inf,
+) -> Fall | None:
     """Fit the heights before time 0 with a free acceleration and compare it with gravity; None below eight frames.
 
     ``bottom_m`` are heights and standard uncertainties, (n,) each, NaN where not measured; ``pixel_m`` is what an edge
-    that errs by a part of a pixel is worth. Frames in which the sphere is still held do not count. Where all frames
-    together tell no acceleration, as when the last of them show something else than a fall, the earlier half is asked.
+    that errs by a part of a pixel is worth. Frames up to ``released_s``, in which the sphere is still held, do not
+    count. Where all frames together tell no acceleration, as when the last of them show something else than a fall,
+    the earlier half is asked.
     """
-    before = np.flatnonzero((times_s < 0.0) & np.isfinite(bottom_m[0]))
-    before = before[times_s[before] > release_time(times_s[before], bottom_m[0][before], bottom_m[1][before])]
+    before = np.flatnonzero((times_s > released_s) & (times_s < 0.0) & np.isfinite(bottom_m[0]))
     if before.size < FEWEST_IN_FALL:
         return None
     whole, early = (

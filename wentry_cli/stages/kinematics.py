@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from wentry_cli.kinematics.ballistic import fit_parabola
 from wentry_cli.kinematics.centre import below_ellipsoid, early_shape_time, early_shape_time_from_period
 from wentry_cli.kinematics.entry import EntryMotion, fall_before_impact, solve_entry_motion
-from wentry_cli.kinematics.fall_check import check_fall
 from wentry_cli.kinematics.state_pass import Ballistic
+from wentry_cli.stages.inputs.air import fall_in_air, released
 from wentry_cli.stages.inputs.columns import column, first_known, first_row, number
 from wentry_cli.stages.track.scales import axis_effect
 from wentry_cli.tables import has_table, new_table, read_table, write_table
@@ -115,7 +115,7 @@ def _entry(folder: Path, drop: Drop) -> dict[str, Any] | None:
         return None
     side, geometry = read_table(folder, "side"), first_row(folder, "geometry", view="side")
     times = column(side, "t_s")
-    _check_fall(drop, times, (column(side, "y_b_m"), column(side, "y_b_m_unc")), number(geometry, "scale_px_per_m"))
+    _check_fall(drop, side, geometry)
     motion = entry_motion(folder, drop, _stretch(folder, drop, times))
     x, _ = _positions(side, geometry, origin_y_px=math.nan)
     columns: dict[str, Any] = {"frame": side["frame"].to_numpy(), "t_s": times, "x_c_m": x} | motion_columns(motion)
@@ -123,10 +123,9 @@ def _entry(folder: Path, drop: Drop) -> dict[str, Any] | None:
     return columns
 
 
-def _check_fall(drop: Drop, times: Array, bottom: tuple[Array, Array], scale_px_m: float) -> None:
+def _check_fall(drop: Drop, side: pd.DataFrame, geometry: dict[str, Any]) -> None:
     """Warn where the sphere falls before impact with clearly another acceleration than that of gravity."""
-    gravity = drop.experiment.gravity_m_s2
-    fall = check_fall(times, bottom, gravity, 1.0 / scale_px_m)
+    fall = fall_in_air(drop, side, geometry)
     if fall is None or fall.falls:
         return
     told = CHECK_FALL
@@ -135,7 +134,7 @@ def _check_fall(drop: Drop, times: Array, bottom: tuple[Array, Array], scale_px_
         told = f"check {when}" if fall.falls_early else f"{told}, and {when}"
     logger.warning(
         "%s: before impact the sphere falls with %.2g ± %.1g m/s², not with gravity_m_s2 = %.3g: %s",
-        drop.name, fall.acceleration, fall.unc, gravity, told,
+        drop.name, fall.acceleration, fall.unc, drop.experiment.gravity_m_s2, told,
     )  # fmt: skip
 
 
@@ -158,6 +157,7 @@ def entry_motion(
         fixed_m=_fixed(geometry, column(side, "t_s")),
         tilt_deg=column(side, "tilt_deg"),
         below_m=_below(side, drop),
+        released_s=released(geometry),
     )
 
 

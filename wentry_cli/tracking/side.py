@@ -15,10 +15,10 @@ import numpy as np
 from wentry_cli.contours.departure import Departure
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.imaging.background import Background
-from wentry_cli.kinematics.release import release_time
 from wentry_cli.tracking.confirmed import without_unconfirmed
 from wentry_cli.tracking.flight import air_plan, both_ways
 from wentry_cli.tracking.follow import Plan
+from wentry_cli.tracking.held import let_go, since
 from wentry_cli.tracking.mirror import NO_MIRROR, Mirror, find_mirror, without_rising
 from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.scale import PooledRadius, merge_media
@@ -73,7 +73,9 @@ def track_side(frames: Frames, ground: Background, seed: Path, scene: SideScene)
         air = scene.radius_air if scene.radius_air.known else pool_sightings(dry, wet=False)
         dry = constrain(dry, air, wet=False)
     mirror = find_mirror(frames, ground, dry, scene.surface_px, scene.band_px[1], scene.level)
-    below = WetTracker(frames, ground, scene, _falling(dry), shape=shape, mirror=mirror)
+    numbers = np.arange(frames.count, dtype=np.float64)
+    falling = since(dry, numbers, let_go(dry, numbers))
+    below = WetTracker(frames, ground, scene, falling, shape=shape, mirror=mirror)
     wet, water, check = below.track(path, range(dry[-1].frame + 1, frames.count))
     if not scene.radius_air.known:
         air, water = merge_media(doubted_radius(air, dry), water)
@@ -84,14 +86,6 @@ def track_side(frames: Frames, ground: Background, seed: Path, scene: SideScene)
     seen = without_unconfirmed(without_rising(below.settle(wet, water), mirror))
     deformed = 0.0 if scene.deformable or _mostly_ok(seen) else below.deformation(water)
     return SideTrack([*dry, *seen], air, water, check, mirror, deformed)
-
-
-def _falling(dry: list[Sighting]) -> list[Sighting]:
-    """The frames in air without those in which the sphere is still held: how it goes on, only its fall tells."""
-    seen = [(item.frame, item.fit) for item in dry if item.ok and item.fit is not None]
-    rows = np.array([(frame, fit.bottom_y_px, fit.bottom_y_unc_px) for frame, fit in seen]).reshape(-1, 3)
-    released = release_time(*rows.T)
-    return [item for item in dry if item.frame > released]
 
 
 def _mostly_ok(seen: list[Sighting]) -> bool:

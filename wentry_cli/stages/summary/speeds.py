@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wentry_cli.kinematics.entry import fall_before_impact, fall_speed, impact_velocity
-from wentry_cli.kinematics.fall_check import check_fall
 from wentry_cli.kinematics.interpolation import hermite, nearest
 from wentry_cli.scaling.dimensionless import velocity_loss
+from wentry_cli.stages.inputs.air import fall_in_air, released
 from wentry_cli.stages.inputs.columns import column, first_row, number
 from wentry_cli.tables import has_table, read_table
 
@@ -80,14 +80,12 @@ def _speed_of_fall(table: pd.DataFrame, height: str, folder: Path, drop: Drop) -
         experiment.sphere.radius_m,
         experiment.sphere.density or 1000.0,
     )
-    return fall_speed(column(table, "t_s"), column(table, height), unc, fall)
+    return fall_speed(column(table, "t_s"), column(table, height), unc, fall, released(geometry))
 
 
 def _doubted_fall(table: pd.DataFrame, speed: float, folder: Path, drop: Drop) -> float:
     """What U₀ may be wrong by where the fall before impact contradicts gravity."""
-    scale = number(first_row(folder, "geometry", view="side"), "scale_px_per_m", math.inf)
-    heights = column(table, "y_b_m"), column(table, "y_b_m_unc")
-    fall = check_fall(column(table, "t_s"), heights, drop.experiment.gravity_m_s2, 1.0 / scale)
+    fall = fall_in_air(drop, table, first_row(folder, "geometry", view="side"))
     return fall.speed_doubt(speed) if fall is not None and math.isfinite(speed) else 0.0
 
 

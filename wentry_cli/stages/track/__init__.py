@@ -96,6 +96,7 @@ def _side_row(drop: Drop, clip: Clip, side: SideResult) -> dict[str, Any]:
         "radius_px_unc": side.radius.unc,
         "impact_time_s": side.impact.time_s,
         "impact_time_s_unc": side.impact.time_unc_s,
+        "release_time_s": side.released_s if math.isfinite(side.released_s) else math.nan,
     }
 
 
@@ -113,6 +114,7 @@ def _top_row(drop: Drop, clip: Clip, top: TopResult) -> dict[str, Any]:
             "radius_px_unc": top.radius_px * top.scale.unc_px_m / top.scale.px_m,
             "impact_time_s": top.impact_s[0],
             "impact_time_s_unc": top.impact_s[1],
+            "release_time_s": math.nan,
         }
     )
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wentry_cli.imaging.free_surface import SurfaceRow
-from wentry_cli.kinematics.release import release_time
 from wentry_cli.stages.inputs.clip import Clip
+from wentry_cli.tracking.held import since
 from wentry_cli.tracking.impact import Impact, back_to_surface, find_impact
 from wentry_cli.tracking.sighting import Sighting
 
@@ -21,15 +21,22 @@ if TYPE_CHECKING:
 NO_IMPACT = Impact(math.nan, math.nan, math.nan, math.nan, math.nan, "too_few")
 
 
-def entry_impact(drop: Drop, clip: Clip, sightings: Sequence[Sighting], surface: tuple[SurfaceRow, float]) -> Impact:
+def entry_impact(
+    drop: Drop,
+    clip: Clip,
+    sightings: Sequence[Sighting],
+    surface: tuple[SurfaceRow, float],
+    released_s: float = -math.inf,
+) -> Impact:
     """The moment of impact from the frames in air, or, in a clip that starts later, from the first wet ones.
 
-    Status ``clip_ended`` where it comes soon after the last frame: no longer than the fall was seen. Its time is given
+    Frames in air up to ``released_s`` on the camera clock, in which the sphere is still held, do not count. Status
+    ``clip_ended`` where it comes soon after the last frame: no longer than the fall was seen. Its time is given
     where the next frame would have shown it.
     """
     row, scale = surface
     good = [item for item in sightings if item.ok and item.fit is not None]
-    dry = falling([item for item in good if not item.wet], clip)
+    dry = since([item for item in good if not item.wet], clip.time_s, released_s)
     bottoms = np.array([best_bottom(item) for item in dry]).reshape(-1, 3)
     times = clip.time_s[[item.frame for item in dry]] if dry else np.empty(0)
     limits = (row.y_px, row.unc_px)
@@ -48,14 +55,6 @@ def entry_impact(drop: Drop, clip: Clip, sightings: Sequence[Sighting], surface:
     rows = np.array([item.fit.center_y_px + item.fit.radius_px for item in wet if item.fit is not None])
     time, unc = back_to_surface(clip.time_s[[item.frame for item in wet]], rows, limits)
     return Impact(time, unc, math.nan, math.nan, math.nan, "ok" if math.isfinite(time) else "too_few")
-
-
-def falling(dry: Sequence[Sighting], clip: Clip) -> list[Sighting]:
-    """The sightings in air without those in which the sphere is still held, as by a magnet."""
-    seen = [(clip.time_s[item.frame], item.fit) for item in dry if item.fit is not None]
-    rows = np.array([(time, fit.bottom_y_px, fit.bottom_y_unc_px) for time, fit in seen]).reshape(-1, 3)
-    released = release_time(*rows.T)
-    return [item for item in dry if clip.time_s[item.frame] > released]
 
 
 def shape_offset_px(dry: Sequence[Sighting]) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.stages.inputs.clip import Clip
-from wentry_cli.stages.track.impact import falling
+from wentry_cli.tracking.held import since
 from wentry_cli.tracking.lost_frames import LostFrames, lost_in_fall, lost_in_water
 from wentry_cli.tracking.sighting import Sighting
 
@@ -23,18 +23,21 @@ UNEVEN = 0.01
 logger = logging.getLogger(__name__)
 
 
-def without_lost_time(drop: Drop, clip: Clip, sightings: Sequence[Sighting], scale_px_m: float) -> list[Sighting]:
+def without_lost_time(
+    drop: Drop, clip: Clip, sightings: Sequence[Sighting], scale_px_m: float, released_s: float
+) -> list[Sighting]:
     """The sightings, those in air before the last loss of frames with the status ``gap``: their time is not known.
 
     The clock of a drop starts at impact, so that a loss in air falsifies the times before it. One below the surface
-    falsifies those after it and is told only.
+    falsifies those after it and is told only. Frames up to ``released_s``, in which the sphere is held, tell of none.
     """
     between = np.diff(clip.time_s)
     if not between.size or np.ptp(between) > UNEVEN * np.median(between):
         return list(sightings)  # frames whose times are told one by one
     good = [item for item in sightings if item.ok and item.fit is not None]
     fall_px = drop.experiment.gravity_m_s2 * scale_px_m * float(np.median(between)) ** 2
-    in_air = lost_in_fall(*_path(falling([item for item in good if not item.wet], clip)), fall_px)
+    dry = since([item for item in good if not item.wet], clip.time_s, released_s)
+    in_air = lost_in_fall(*_path(dry), fall_px)
     for lost in in_air:
         _tell(drop, lost, "what was seen in air before that is left out")
     for lost in lost_in_water(*_path([item for item in good if item.wet])):

@@ -17,6 +17,7 @@ from wentry_cli.stages.track.impact import best_bottom, entry_impact
 from wentry_cli.stages.track.lost_frames import without_lost_time
 from wentry_cli.stages.track.scales import find_scales, given_radii, with_clipped_edge
 from wentry_cli.stages.track.side_result import SideResult, dated, in_metres, state_radius, why_no_impact
+from wentry_cli.tracking.held import let_go
 from wentry_cli.tracking.plate import PlateScene, track_plate
 from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.scale import NO_RADIUS
@@ -46,8 +47,9 @@ def measure_plate(drop: Drop, clip: Clip, ground: Background, start: tuple[Path,
     flying = [item for item in track.sightings if item.free_fit is not None or best_bottom(item)[2] > 0]
     before = [item for item in flying if item.frame < _first_contact(track.sightings, plate.y_px)]
     plate = with_clipped_edge(plate, track.radius, ground)
-    timed = without_lost_time(drop, clip, before, scales.air)
-    impact = entry_impact(drop, clip, timed, (plate, scales.air))
+    released_s = let_go(before, clip.time_s)
+    timed = without_lost_time(drop, clip, before, scales.air, released_s)
+    impact = entry_impact(drop, clip, timed, (plate, scales.air), released_s)
     by_frame = {item.frame: item for item in timed}
     sightings = [by_frame.get(item.frame, item) for item in track.sightings]
     columns = in_metres(drop, clip, sightings, (scales, plate, NO_AXIS))
@@ -56,7 +58,7 @@ def measure_plate(drop: Drop, clip: Clip, ground: Background, start: tuple[Path,
     problem = problem or why_no_impact(impact, "plate", drop, clip)
     if not problem and _deforms_in_flight(columns, drop.experiment.sphere.radius_m):
         problem = "the sphere deforms long before it meets the plate: check kind and views.side.surface_y_px"
-    return SideResult(columns, scales, plate, track.radius, impact, problem)
+    return SideResult(columns, scales, plate, track.radius, impact, problem, released_s=released_s)
 
 
 def _still_falls(sightings: Sequence[Sighting]) -> bool:

@@ -26,6 +26,7 @@ from wentry_cli.stages.track.scales import NO_SCALES, find_scales, given_radii, 
 from wentry_cli.stages.track.side_result import SideResult, dated, in_metres, state_radius, why_no_impact
 from wentry_cli.stages.track.surface import band_reach, surface_row
 from wentry_cli.tracking.flight import air_plan, both_ways, fits_in_air
+from wentry_cli.tracking.held import let_go
 from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.scale import NO_RADIUS
 from wentry_cli.tracking.seed import find_seed
@@ -143,8 +144,9 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     warn_of_wrong_scale(drop, pool_sightings(track.sightings, wet=False))
     scales = find_scales(drop, track.radius_air, track.radius_water, ground)
     surface = with_clipped_edge(surface, track.radius_air, ground)
-    sightings = without_lost_time(drop, clip, track.sightings, scales.air)
-    impact = entry_impact(drop, clip, sightings, (surface, scales.air))
+    released_s = let_go(track.sightings, clip.time_s)
+    sightings = without_lost_time(drop, clip, track.sightings, scales.air, released_s)
+    impact = entry_impact(drop, clip, sightings, (surface, scales.air), released_s)
     axis = assumed_axis(drop, clip.opened.middle_px)
     columns = in_metres(drop, clip, sightings, (scales, surface, axis), track.check)
     t_s = clip.time_s - impact.time_s
@@ -166,7 +168,7 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     if "ok" not in columns["status"] and not any(item.ok and not item.wet for item in sightings):
         problem = NOT_IN_AIR
     offset = track.check.stretch_offset
-    return SideResult(columns, scales, surface, track.radius_air, impact, problem, offset, checked)
+    return SideResult(columns, scales, surface, track.radius_air, impact, problem, offset, checked, released_s)
 
 
 def _centre_m(columns: dict[str, Any], drop: Drop) -> NDArray[np.float64]:

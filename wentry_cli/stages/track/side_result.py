@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -34,7 +35,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SideResult:
-    """What the side view gave: columns of side.csv, scales, surface, radius in air, impact, the map to metres."""
+    """What the side view gave: columns of side.csv, scales, surface, radius in air, impact, the map to metres.
+
+    ``released_s`` is when a sphere that was held is let go, on the camera clock; −inf where none was.
+    """
 
     columns: dict[str, Any]
     scales: Scales
@@ -44,6 +48,7 @@ class SideResult:
     problem: str = ""
     shape_offset: float = 0.0
     axis: OpticalAxis = NO_AXIS
+    released_s: float = -math.inf
 
 
 def dated(columns: dict[str, Any], t_s: NDArray[np.float64]) -> dict[str, Any]:
