@@ -22,6 +22,7 @@ GROUND = {
     "config",
     "pipeline",
     "provenance",
+    "records",
     "compiled",
     "progress",
     "__init__",

@@ -241,13 +241,17 @@ def test_a_source_that_is_not_there_is_told_with_its_key_and_what_lies_there(wen
         assert "lie experiment.yaml, overhead, side" in done.err
     _edit(video, "source: side", "source: sid2")
     place = f"{video / 'experiment.yaml'}:{next(k for k, line in enumerate(_lines(video), 1) if 'source:' in line)}:5"
-    assert wentry("check", video).err.startswith(f"{place}: error: views.side.source: {video / 'sid2'}: no such file")
+    assert wentry("check", video).err.startswith(
+        f"{video.name}: {place}: error: views.side.source: {video / 'sid2'}: no such file"
+    )
 
 
 def test_a_region_outside_of_the_picture_is_a_mistake_of_the_configuration(wentry: Command, video: Path) -> None:
     done = wentry("check", video, "--set", "views.side.roi_px=[0, 0, 241, 400]")
     assert done.code == 3
-    assert done.err.startswith("--set views.side.roi_px: error: views.side.roi_px: [0, 0, 241, 400] is not within")
+    assert done.err.startswith(
+        f"{video.name}: --set views.side.roi_px: error: views.side.roi_px: [0, 0, 241, 400] is not"
+    )
 
 
 def test_a_picture_that_is_turned_is_asked_after(wentry: Command, video: Path, tmp_path: Path) -> None:

@@ -16,13 +16,14 @@ from wentry_cli.config.campaign import Drop, read_drop
 from wentry_cli.config.corrections import read_corrections
 from wentry_cli.errors import InputError, LockedError, TooFewMeasurementsError
 from wentry_cli.pipeline import STAGES, Stage
+from wentry_cli.records import read_json
 from wentry_cli.runner import plan as plan_module
 from wentry_cli.runner.commands import processed
 from wentry_cli.runner.corrections import apply_corrections
 from wentry_cli.runner.drop import Event, run_drop
 from wentry_cli.runner.lock import locked
 from wentry_cli.runner.plan import Choice, plan
-from wentry_cli.runner.record import read_json, write_drop, write_run
+from wentry_cli.runner.record import write_drop, write_run
 from wentry_cli.runner.status import campaign_status
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 

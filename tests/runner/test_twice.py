@@ -27,7 +27,7 @@ def test_a_recording_under_two_names_is_told_with_what_to_do(drop: Drop, tmp_pat
     for name, content in (("mine", "a"), ("vid__mine", "a"), ("vid__other", "b")):
         _measured(results, drop, name, content)
     (told,) = warn_of_twice(results)
-    assert told.startswith("warning: mine and vid__mine were measured from the same recording")
+    assert told.startswith("mine and vid__mine were measured from the same recording")
     assert f"remove {results / 'vid__mine'} or the other" in told
     assert warn_of_twice(results, ("mine", "vid__other")) == []
 

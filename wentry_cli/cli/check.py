@@ -34,8 +34,11 @@ def command(
         looked = {"damage": seen.damage} if frames else {}
         show_json({"drops": seen.facts, "campaign": shared, "materials": materials, "failures": told, **looked})
     else:
-        for sentence in [*(() if quiet else campaign.notes), *(failure.sentence for failure in campaign.failures)]:
+        for sentence in () if quiet else campaign.notes:
             click.echo(sentence, err=True)
+        for failure in campaign.failures:
+            named = "" if failure.stage == commands.CONFIGURATION else f"{failure.drop}: "  # else it names the file
+            click.echo(named + failure.sentence, err=True)
         if not quiet:
             _show(seen.facts, {"campaign.yaml": shared, "materials.yaml": materials})
             if seen.facts and not frames:

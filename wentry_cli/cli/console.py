@@ -35,7 +35,7 @@ def _label(event: Event) -> str:
 
 def _say_failure(event: Event) -> None:
     if event.what == "failed":
-        click.echo(f"{_label(event)}: {event.text.removeprefix(f'{event.drop}: ')}", err=True)
+        click.echo(f"{_label(event)}: {event.text}", err=True)
 
 
 def _say(event: Event, verbose: bool) -> None:

@@ -56,7 +56,7 @@ class Flow:
 
         show_plan(*plans(campaign, self.results, order), as_json=self.as_json)
         for failure in campaign.failures if order.measures else ():
-            click.echo(f"{failure.drop}: {failure.sentence.removeprefix(f'{failure.drop}: ')}", err=True)
+            click.echo(f"{failure.drop}: {failure.sentence}", err=True)
 
     def _work(self, campaign: Campaign, order: Order, farewell: Farewell) -> None:
         from wentry_cli.cli.console import reporting, show_json
@@ -75,7 +75,7 @@ class Flow:
             record = finish(campaign, self.results, order)
             twice = [] if self.quiet else warn_of_twice(self.results, order.shown)
         for sentence in twice:
-            click.echo(sentence, err=True)
+            click.echo(f"warning: {sentence}", err=True)
         if self.as_json:
             show_json(record)
         elif not self.quiet and not (order.measures and campaign.failures):

@@ -49,5 +49,4 @@ def command(results: Path, only: tuple[str, ...], **common: Any) -> None:
 
 
 def _told(failure: Failure) -> str:
-    sentence = failure.sentence.removeprefix(f"{failure.drop}: ")
-    return ": ".join(part for part in (failure.drop, "not complete", failure.stage, sentence) if part)
+    return ": ".join(part for part in (failure.drop, "not complete", failure.stage, failure.sentence) if part)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -15,6 +14,7 @@ from wentry_cli.comparison.hand_table import read_hand_table, read_numbers
 from wentry_cli.comparison.statistics import ErrorStatistics, error_statistics
 from wentry_cli.config.places import read_document
 from wentry_cli.errors import InputError
+from wentry_cli.records import DROP, read_json
 from wentry_cli.schemas import TABLES
 from wentry_cli.tables import has_table, read_table
 
@@ -68,7 +68,7 @@ def compare(results: Path, truth: Path, only: Sequence[str] = ()) -> list[Compar
     ``truth`` is a folder as ``wentry render`` writes it (drops with ``truth/``), or a hand-tracked table of one drop
     (see ``read_hand_table``). Raises ``InputError`` where nothing can be compared.
     """
-    drops = sorted(path.parent for path in results.glob("*/drop.json"))
+    drops = sorted(path.parent for path in results.glob(f"*/{DROP}"))
     unknown = sorted(set(only) - {folder.name for folder in drops})
     if unknown:
         known = ", ".join(folder.name for folder in drops)
@@ -158,11 +158,8 @@ def _numbers(folder: Path, truth: dict[str, Any], *, closed: bool) -> Iterator[C
 
 def _kind(folder: Path) -> str:
     """The kind of the drop as it was processed; a damaged record is taken for an entry into water."""
-    try:
-        record = json.loads((folder / "drop.json").read_text(encoding="utf-8"))
-        return str(record["experiment"]["kind"])
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return "water_entry"
+    experiment = read_json(folder / DROP).get("experiment")
+    return str(experiment.get("kind", "water_entry")) if isinstance(experiment, dict) else "water_entry"
 
 
 def _peaks(folder: Path, peaks: list[float]) -> Iterator[Comparison]:

@@ -5,7 +5,6 @@ A table that is missing is empty; one that cannot be read is empty and noted. No
 
 from __future__ import annotations
 
-import json
 import math
 import time
 from collections.abc import Iterable, Mapping
@@ -16,6 +15,7 @@ from typing import Any
 import pandas as pd
 
 from wentry_cli.errors import WentryError
+from wentry_cli.records import DROP, RUN, STAGES, read_json
 from wentry_cli.schemas import TABLES
 from wentry_cli.tables import has_table, read_table
 
@@ -127,7 +127,7 @@ def read_campaign(results: Path, names: list[str], table_1: pd.DataFrame | None 
         table_1=pd.DataFrame(columns=TABLES["materials"].names) if table_1 is None else table_1,
         compression=_read(results, "compression", problems),
         calibration=_read(results, "calibration", problems),
-        run=read_json(results / "run.json"),
+        run=read_json(results / RUN),
         problems=tuple(problems),
         date=_day(results),
     )
@@ -146,10 +146,10 @@ def _read_drop(folder: Path, name: str, row: dict[Any, Any] | None) -> DropResul
     own = tables.get("summary")
     if row is None and own is not None and not own.empty:
         row = dict(own.iloc[0])
-    experiment = read_json(folder / "drop.json").get("experiment")
+    experiment = read_json(folder / DROP).get("experiment")
     configuration = experiment if isinstance(experiment, dict) else {}
     summary = _configured(configuration) if row is None else {str(key): value for key, value in row.items()}
-    return DropResults(name, summary, tables, tuple(problems), configuration, read_json(folder / "stages.json"))
+    return DropResults(name, summary, tables, tuple(problems), configuration, read_json(folder / STAGES))
 
 
 def _configured(configuration: Mapping[str, Any]) -> dict[str, Any]:
@@ -170,15 +170,6 @@ def _read(folder: Path, name: str, problems: list[str]) -> pd.DataFrame:
     except WentryError as error:
         problems.append(str(error))
         return empty
-
-
-def read_json(path: Path) -> dict[str, Any]:
-    """Read a JSON object, empty where the file is missing or is something else."""
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
-        return {}
-    return found if isinstance(found, dict) else {}
 
 
 def example_drop(drops: Iterable[DropResults], needed: str) -> DropResults | None:

@@ -9,7 +9,7 @@ from importlib.resources import files
 
 from jinja2 import Environment
 
-from wentry_cli.report import tabulation
+from wentry_cli.report import run_tables, tabulation
 from wentry_cli.report.campaign import Campaign
 from wentry_cli.report.drawing import Drawn
 from wentry_cli.report.light_limit import light_limit_table
@@ -66,14 +66,14 @@ def write_page(content: Content) -> str:
         regressions=tabulation.regression_table(campaign),
         calibrated=tabulation.material_table(campaign.materials),
         table_1=tabulation.material_table(campaign.table_1),
-        statuses=tabulation.status_table(campaign),
+        statuses=run_tables.status_table(campaign),
         meanings=MEANINGS,
-        failures=tabulation.failure_table(campaign),
-        warnings=tabulation.warning_table(campaign),
-        provenance=tabulation.provenance_table(campaign),
+        failures=run_tables.failure_table(campaign),
+        warnings=run_tables.warning_table(campaign),
+        provenance=run_tables.provenance_table(campaign),
         uncertainties=UNCERTAINTIES,
         light=light_limit_table(campaign),
-        inputs=tabulation.input_table(campaign),
+        inputs=run_tables.input_table(campaign),
     )
     return html
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import zip_longest
 
-from wentry_cli.report import tabulation
+from wentry_cli.report import run_tables, tabulation
 from wentry_cli.report.letters import lines_within, width_em
 from wentry_cli.report.light_limit import light_limit_table
 from wentry_cli.report.page import UNCERTAINTIES, Content, headline, page_title
@@ -68,21 +68,21 @@ def closing_lines(content: Content) -> Iterator[Line]:
         for panel in content.missing:
             yield from _wrapped(f"{panel.key}, {panel.title}: {panel.reason}.")
     yield from heading("Failures")
-    failures = tabulation.failure_table(campaign)
+    failures = run_tables.failure_table(campaign)
     yield from _table(failures) if failures.rows else [_text("None.")]
     yield from heading("Warnings")
-    warnings = tabulation.warning_table(campaign)
+    warnings = run_tables.warning_table(campaign)
     yield from _table(warnings) if warnings.rows else [_text("None.")]
     if campaign.drops:
         yield from heading("Status words")
-        counts = tabulation.status_table(campaign)
+        counts = run_tables.status_table(campaign)
         yield from [*_table(counts), _text("")] if counts.rows else []
         yield from _table(TextTable(("word", "meaning"), tuple(MEANINGS.items())))
     yield from heading("Uncertainties")
     yield from _wrapped(UNCERTAINTIES)
     yield from _titled("Stated uncertainty and the Cramér–Rao bound, medians over frames", light_limit_table(campaign))
-    yield from _titled("Provenance", tabulation.provenance_table(campaign))
-    yield from _titled("Recordings", tabulation.input_table(campaign))
+    yield from _titled("Provenance", run_tables.provenance_table(campaign))
+    yield from _titled("Recordings", run_tables.input_table(campaign))
 
 
 def heading(title: str) -> list[Line]:

@@ -1,15 +1,13 @@
-"""The tables of the report as rows of text: drops, regressions, materials, status words, failures, versions."""
+"""The tables of the report as rows of text: drops, regressions, materials."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import pandas as pd
 
-from wentry_cli.pipeline import STAGES
-from wentry_cli.provenance import digest_of
 from wentry_cli.report.campaign import Campaign, DropResults, as_number, as_text
 from wentry_cli.report.numbers import DASH, fixed, or_reason, with_uncertainty
 
@@ -220,75 +218,3 @@ def material_table(materials: pd.DataFrame) -> TextTable:
             )
         )
     return TextTable(("material", "sphere", "D (mm)", *MATERIAL_COLUMNS, "source"), tuple(rows))
-
-
-def status_table(campaign: Campaign) -> TextTable:
-    """How often each status word stands in the tables of each drop."""
-    rows = []
-    for drop in campaign.drops:
-        for name in ("frames", "side", "top", "kinematics", "periods", "events"):
-            table = drop.table(name)
-            if not table.empty:
-                counts = table["status"].fillna("none").astype(str).value_counts()
-                words = sorted(counts.items(), key=lambda pair: (pair[0] != "ok", -int(pair[1]), str(pair[0])))
-                rows.append((drop.name, f"{name}.csv", ", ".join(f"{count} {word}" for word, count in words)))
-    return TextTable(("drop", "table", "rows by status"), tuple(rows))
-
-
-def failure_table(campaign: Campaign) -> TextTable:
-    """What failed: drop, stage and the sentence that was shown."""
-    rows: list[tuple[str, str, str]] = []
-    given = campaign.run.get("failures")
-    for drop, failure in sorted((given if isinstance(given, Mapping) else {}).items()):
-        found = failure if isinstance(failure, Mapping) else {"sentence": failure}
-        sentence = next((as_text(found[key]) for key in ("sentence", "error", "message") if key in found), "")
-        rows.append((str(drop), as_text(found.get("stage")), sentence))
-    named = {row[0] for row in rows}
-    for drop in campaign.drops:
-        for stage, entry in drop.stages.items():
-            error = as_text(entry.get("error")) if isinstance(entry, Mapping) else ""
-            if error and drop.name not in named:
-                rows.append((drop.name, stage, error))
-    rows += [("", "report", problem) for problem in campaign.problems]
-    rows += [(drop.name, "report", problem) for drop in campaign.drops for problem in drop.problems]
-    return TextTable(("drop", "stage", "what happened"), tuple(rows))
-
-
-def warning_table(campaign: Campaign) -> TextTable:
-    """What each stage of each drop warned of when it ran."""
-    rows = []
-    for drop in campaign.drops:
-        for stage in (stage.name for stage in STAGES):
-            entry = drop.stages.get(stage)
-            given = entry.get("warnings") if isinstance(entry, Mapping) else None
-            rows += [(drop.name, stage, as_text(sentence)) for sentence in (given if isinstance(given, list) else ())]
-    return TextTable(("drop", "stage", "warning"), tuple(rows))
-
-
-def provenance_table(campaign: Campaign) -> TextTable:
-    """What made the results: version, command, and the versions of everything whose numbers reach the tables."""
-    run = campaign.run
-    rows = [(name, as_text(run[name])) for name in ("version", "command") if as_text(run.get(name))]
-    environment = run.get("environment")
-    versions = environment if isinstance(environment, Mapping) else {}
-    rows += [(name, as_text(value)) for name, value in sorted(versions.items()) if name != "wentry"]
-    return TextTable(("what", "value"), tuple(rows))
-
-
-def input_table(campaign: Campaign) -> TextTable:
-    """What was read for each drop and view: the source, the identity of the recording, the configuration's hash."""
-    rows = []
-    for drop in campaign.drops:
-        views = drop.configuration.get("views")
-        for view, found in sorted((views if isinstance(views, Mapping) else {}).items()):
-            if isinstance(found, Mapping):
-                identity = _mark(drop, f"recording {view}") or DASH
-                source = as_text(found.get("source"))
-                rows.append((drop.name, view, source, identity, digest_of(dict(drop.configuration))))
-    return TextTable(("drop", "view", "source", "identity of the recording", "hash of the configuration"), tuple(rows))
-
-
-def _mark(drop: DropResults, key: str) -> str:
-    ingest = drop.stages.get("ingest")
-    marks = ingest.get("fingerprint") if isinstance(ingest, Mapping) else None
-    return as_text(marks.get(key)) if isinstance(marks, Mapping) else ""

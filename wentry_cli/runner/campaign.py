@@ -72,9 +72,7 @@ def _hear(pipe: Connection, running: dict[Connection, tuple[SpawnProcess, str]],
         process.join()
         del running[pipe]
         if process.exitcode:
-            sentence = (
-                f"{name}: its process ended with code {process.exitcode}; run it alone with --drop {name} to see why"
-            )
+            sentence = f"its process ended with code {process.exitcode}; run it alone with --drop {name} to see why"
             report(Event(name, "", "failed", sentence))
             yield Failure(name, "", 1, sentence)
         return

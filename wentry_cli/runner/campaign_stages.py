@@ -14,9 +14,11 @@ from wentry_cli.config.campaign import Drop
 from wentry_cli.errors import InputError, WentryError
 from wentry_cli.pipeline import CampaignStage, Stage
 from wentry_cli.provenance import digest_of, digest_of_file, environment, peak_memory_mb
+from wentry_cli.records import RUN, STAGES, read_json
 from wentry_cli.runner.drop import Event, Report, keep_traceback, sweep
 from wentry_cli.runner.plan import INTERRUPTED, UNCHANGED, Choice, Step, first_change, identity, not_complete
-from wentry_cli.runner.record import RUN, STAGES, note_stage, read_json
+from wentry_cli.runner.record import note_stage
+from wentry_cli.runner.twice import warn_of_twice
 from wentry_cli.tables import has_table, table_path
 
 ALL_DROPS = "*"  # in the place of a drop's name
@@ -183,6 +185,8 @@ def _run(members: Members, stage: CampaignStage, report: Report) -> float:
         progress.listen(None)
     seconds = time.perf_counter() - started
     entry = {"fingerprint": marks, "outputs": _written(results, stage), "seconds": round(seconds, 3)}
+    if not stage.shows_all:  # what counts drops says which of them are one
+        entry["warnings"] = warn_of_twice(results, tuple(drop.name for drop in members.of(stage)))
     note_stage(results, stage.name, entry | {"peak_memory_mb": peak_memory_mb()})
     return seconds
 

@@ -35,7 +35,7 @@ def run_on_cluster(address: str, work: Work, drops: list[Drop], report: Report) 
             name = futures[future]
             lost = future.exception()
             if lost is not None:
-                sentence = f"{name}: its worker failed ({type(lost).__name__}: {lost}); run it alone with --drop {name}"
+                sentence = f"its worker failed ({type(lost).__name__}: {lost}); run it alone with --drop {name}"
                 report(Event(name, "", "failed", sentence))
                 yield Failure(name, "", 1, sentence)
                 continue

@@ -11,13 +11,14 @@ from wentry_cli.config.inheritance import find_shared, notes_of
 from wentry_cli.config.places import Document, Place, followed, read_value
 from wentry_cli.errors import CampaignError, ConfigurationError, InputError, NoDropError, WentryError
 from wentry_cli.pipeline import KERNELS, CampaignStage, Stage, campaign_stages_of, stages_of
+from wentry_cli.records import RUN, STAGES, read_json
 from wentry_cli.runner.campaign import Hands, run_campaign
 from wentry_cli.runner.campaign_stages import Members, plan_campaign, rewritten_by, run_campaign_stages
 from wentry_cli.runner.drop import Event, Failure, Report
 from wentry_cli.runner.edited import warn_of_edits
 from wentry_cli.runner.lock import locked
 from wentry_cli.runner.plan import INTERRUPTED, Choice, Step, plan
-from wentry_cli.runner.record import RUN, STAGES, read_drops, read_json, write_run
+from wentry_cli.runner.record import read_drops, write_run
 from wentry_cli.runner.work import Work
 from wentry_cli.tables import has_table
 

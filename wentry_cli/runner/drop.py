@@ -17,12 +17,13 @@ from wentry_cli.frames.decoded import decoded_once
 from wentry_cli.pipeline import STAGES as ALL_STAGES
 from wentry_cli.pipeline import Stage
 from wentry_cli.provenance import digest_of_file, peak_memory_mb
+from wentry_cli.records import STAGES, read_json
 from wentry_cli.runner.corrections import apply_corrections
 from wentry_cli.runner.edited import edited_tables
 from wentry_cli.runner.hearing import hear_warnings
 from wentry_cli.runner.in_clip import check_before
 from wentry_cli.runner.plan import INTERRUPTED, Choice, as_read_by, fingerprint, plan
-from wentry_cli.runner.record import STAGES, note_stage, read_json, write_drop
+from wentry_cli.runner.record import note_stage, write_drop
 from wentry_cli.tables import table_path, write_text
 
 ERROR_LOG = "error.log"
@@ -45,12 +46,16 @@ Report = Callable[[Event], None]
 
 @dataclass(frozen=True)
 class Failure:
-    """Why a drop ended early: the stage, the exit code of its error and the sentence."""
+    """Why a drop ended early: the stage, the exit code of its error and the sentence, without the drop's name."""
 
     drop: str
     stage: str
     exit_code: int
     sentence: str
+
+    def __post_init__(self) -> None:
+        """Take the drop's name off: errors have it for who calls a stage alone, a list of failures has it already."""
+        object.__setattr__(self, "sentence", self.sentence.removeprefix(f"{self.drop}: "))
 
 
 def run_drop(results: Path, drop: Drop, stages: list[Stage], choice: Choice, report: Report) -> Failure | None:

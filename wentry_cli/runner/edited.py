@@ -7,7 +7,7 @@ from typing import Any
 
 from wentry_cli.pipeline import stages_of
 from wentry_cli.provenance import digest_of_file
-from wentry_cli.runner.record import STAGES, read_json
+from wentry_cli.records import STAGES, read_json
 from wentry_cli.tables import table_path
 
 

@@ -14,7 +14,7 @@ from wentry_cli import __version__
 from wentry_cli.config.campaign import Drop
 from wentry_cli.pipeline import CampaignStage, Stage
 from wentry_cli.provenance import digest_of, digest_of_file
-from wentry_cli.runner.record import STAGES, read_json
+from wentry_cli.records import STAGES, read_json
 from wentry_cli.tables import table_path
 
 S = TypeVar("S", Stage, CampaignStage)

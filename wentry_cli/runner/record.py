@@ -1,8 +1,7 @@
-"""What is written beside the tables: ``drop.json`` of each drop, ``stages.json`` of each and of all, ``run.json``."""
+"""What a run writes into the records beside the tables, and the drops that it reads back from there."""
 
 from __future__ import annotations
 
-import json
 import os
 from pathlib import Path
 from typing import Any
@@ -10,25 +9,7 @@ from typing import Any
 from wentry_cli.config.campaign import Drop
 from wentry_cli.errors import InputError, NoDropError
 from wentry_cli.provenance import digest_of, environment
-from wentry_cli.tables import write_text
-
-DROP = "drop.json"
-STAGES = "stages.json"
-RUN = "run.json"
-
-
-def read_json(path: Path) -> dict[str, Any]:
-    """The dictionary in ``path``, empty where the file is missing or damaged (everything is then stale)."""
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
-        return {}
-    return content if isinstance(content, dict) else {}
-
-
-def write_json(path: Path, content: dict[str, Any]) -> None:
-    """Write plain data as indented JSON, atomically."""
-    write_text(path, json.dumps(content, indent=1, sort_keys=True, ensure_ascii=False) + "\n")
+from wentry_cli.records import DROP, RUN, STAGES, read_json, write_json
 
 
 def note_stage(folder: Path, name: str, entry: dict[str, Any] | None) -> None:

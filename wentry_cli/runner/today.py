@@ -8,11 +8,11 @@ from wentry_cli.config.campaign import EXPERIMENT, Drop, read_drop
 from wentry_cli.config.places import Document
 from wentry_cli.errors import ConfigurationError, Gathered, InputError, WentryError
 from wentry_cli.pipeline import Stage, stages_of
+from wentry_cli.records import DROP, read_json
 from wentry_cli.runner.commands import Campaign, processed
 from wentry_cli.runner.drop import Failure
 from wentry_cli.runner.edited import edited_tables
 from wentry_cli.runner.plan import Choice, Step, plan
-from wentry_cli.runner.record import DROP, read_json
 
 BY_HAND = ("configuration", "corrections", "material")  # how the marks of what a user writes begin
 

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from wentry_cli.config.campaign import Drop
 from wentry_cli.errors import InputError
-from wentry_cli.runner.record import STAGES, read_drops, read_json
+from wentry_cli.records import STAGES, read_json
+from wentry_cli.runner.record import read_drops
 
 Part = tuple[str, object, object]
 
@@ -26,7 +27,7 @@ def warn_of_twice(results: Path, only: tuple[str, ...] = ()) -> list[str]:
             names.setdefault(part, []).append(drop.name)
     groups = dict.fromkeys(tuple(group) for group in names.values() if len(group) > 1)
     return [
-        f"warning: {' and '.join(group)} were measured from the same recording, which counts {len(group)} times in "
+        f"{' and '.join(group)} were measured from the same recording, which counts {len(group)} times in "
         f"summary.csv and scaling.csv; remove {results / group[-1]} or the other from the results and fit again"
         for group in groups
     ]
