@@ -28,6 +28,7 @@ surface_y_px | px | float ± | row of the undisturbed free surface (surface_impa
 optical_axis_y_px | px | float ± | row where the optical axis meets the picture; empty without water
 radius_px | px | float ± | radius of the undeformed sphere in air
 impact_time_s | s | float ± | first contact on the camera clock
+release_time_s | s | float | side: when a sphere that hangs at first is let go, on the camera clock; else empty
 ground_noise | 1 | float | standard deviation of a pixel on the ground over its level (bright sphere: over the step)
 
 # top | track | frame
@@ -234,9 +235,10 @@ status | – | text | ok, or why something in this row is not measured
 material | – | text | key of the material, as in materials.csv
 sphere_id | – | text | sphere it was measured on
 diameter_m | m | float | diameter of that sphere
+zero_m | m | float | displacement at which the plates touch the sphere, fitted
 displacement_m | m | float | approach of the plates as it was measured
 force_n | N | float | force as it was measured
-force_model_n | N | float | G∞ D² f((d − zero)/D) with the fitted G∞ and zero; empty beyond half a diameter
+force_model_n | N | float | G∞ D² f((d − zero_m)/D) with the fitted G∞; empty beyond half a diameter
 
 # calibration | calibrate | drop, time
 drop | – | text | drop

@@ -182,8 +182,8 @@ def test_the_curve_of_a_compression_test_has_no_corners(campaign: Campaign) -> N
     for count in (6, 60):
         d = np.linspace(0.0, 0.01, count)
         force = g_inf * size**2 * compression_force((d - zero) / size)
-        points = {"material": ["soft"] * count, "diameter_m": size, "displacement_m": d, "force_n": force,
-                  "force_model_n": force}  # fmt: skip
+        points = {"material": ["soft"] * count, "diameter_m": size, "zero_m": zero, "displacement_m": d,
+                  "force_n": force, "force_model_n": force}  # fmt: skip
         fitted = new_table("materials", {"material": ["soft"], "g_inf_pa": g_inf, "status": "ok"})
         tested = replace(campaign, compression=new_table("compression", points), materials=fitted)
         panel = next(panel for panel in campaign_panels(tested) if panel.key == "11")

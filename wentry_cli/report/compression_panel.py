@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import FigureBase
 
-from wentry_cli.mechanics.compression import RATIO_RANGE, compression_force
+from wentry_cli.mechanics.compression import compression_force
 from wentry_cli.report.campaign import Campaign, as_number
 from wentry_cli.report.legends import legend_above
 from wentry_cli.report.numbers import with_uncertainty
@@ -17,7 +17,6 @@ from wentry_cli.report.style import Look, plain
 
 COMPRESSION_TITLE = "Quasi-static compression"
 FINE = 200  # points of a curve
-ALIKE = 1e-3  # of the largest force: how near a curve must come to the table to be drawn in its stead
 
 
 def compression(campaign: Campaign) -> Panel | NotDrawn:
@@ -60,27 +59,22 @@ def _draw_compression(figure: FigureBase, data: pd.DataFrame) -> None:
 def model_curve(rows: pd.DataFrame) -> pd.DataFrame:
     """The fitted curve of one test on a fine grid, ``rows`` of the panel's table with ``series`` "curve".
 
-    G∞ is that of the materials; the zero of the displacement is where the table's greatest force of the model puts it.
-    Where that does not give back the table's other forces (no G∞, other materials), the curve is the table's points.
+    It is the table's own curve, drawn finely between its first and its last point with the zero of the displacement
+    that the table holds; without one it is the table's points.
     """
     known = rows.dropna(subset=["displacement_m", "force_model_n"]).sort_values("displacement_m")
     kept = ["material", "sphere_id", "diameter_m", "displacement_m", "displacement_over_d", "force_model_n"]
     coarse = known[kept].assign(series="curve")
     if known.empty:
         return coarse
-    d, force = (known[name].to_numpy(dtype=float) for name in ("displacement_m", "force_model_n"))
-    size, modulus = (as_number(known[name].iloc[0]) for name in ("diameter_m", "g_inf_pa"))
-    x = np.linspace(0.0, RATIO_RANGE[1], 20_001)
-    scale = modulus * size**2
-    zero = d[-1] - size * float(np.interp(force[-1], scale * compression_force(x), x))
-
-    def model(displacement: np.ndarray) -> np.ndarray:
-        return np.asarray(scale * compression_force((displacement - zero) / size))
-
-    if not np.all(abs(model(d) - force) <= ALIKE * force.max()):
+    size, zero = (as_number(known[name].iloc[0]) for name in ("diameter_m", "zero_m"))
+    first, last = (as_number(known["displacement_m"].iloc[at]) for at in (0, -1))
+    fine = np.linspace(first, last, FINE)
+    force = compression_force((fine - zero) / size)
+    if not force[-1] > 0.0:
         return coarse
-    fine = np.linspace(d[0], d[-1], FINE)
+    scale = as_number(known["force_model_n"].iloc[-1]) / force[-1]
     same = {name: known[name].iloc[0] for name in kept[:3]}
     return pd.DataFrame(
-        {**same, "displacement_m": fine, "displacement_over_d": fine / size, "force_model_n": model(fine)}
+        {**same, "displacement_m": fine, "displacement_over_d": fine / size, "force_model_n": scale * force}
     ).assign(series="curve")

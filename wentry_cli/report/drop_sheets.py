@@ -21,6 +21,7 @@ from wentry_cli.report.velocity_panels import with_gaps
 
 Drawer = Callable[[Axes, pd.DataFrame], None]
 POSITIONS = {"lowest point": BLUE, "separation line": GREEN, "centre of mass": BLACK}
+OUTERMOST = 0.005  # share of the values at either end that does not set an axis
 ROW_IN = 2.4  # inches; two sheets of two rows fill a page of the PDF
 
 
@@ -47,6 +48,9 @@ def _sheet(drop: DropResults) -> Panel | NotDrawn:
     moments = [drop.number("t_p_s")] if math.isfinite(drop.number("t_p_s")) else []
     drawers = {name: drawer for name, (_, drawer) in parts.items()}
     caption = _caption(drop, {name: set(table["series"]) for name, (table, _) in parts.items()}, bool(moments))
+    cut = [name for name in ("velocity", "acceleration") if name in parts and _leaves_axis(parts[name][0])]
+    if cut:
+        caption += f" Single values of {' and '.join(cut)} lie beyond the axis."
     draw = partial(_draw_sheet, data=data, drawers=drawers, moments=[1e3 * t for t in moments])
     size = (7.2, ROW_IN * math.ceil(len(parts) / _columns(len(parts))))
     return Panel("sheet", f"drop_{file_stem(drop.name)}", title, caption, data, draw, size, drop.name)
@@ -133,11 +137,21 @@ def _motion(drop: DropResults, column: str) -> pd.DataFrame:
     return pd.concat([table for table in tables if not table.empty] or tables[:1], ignore_index=True)
 
 
+def _span(data: pd.DataFrame) -> tuple[float, float, float]:
+    """What an axis of velocity or acceleration must hold: all but the outermost values, and the room beside them."""
+    values = data["value"].astype(float)
+    low, high = float(values.quantile(OUTERMOST)), float(values.quantile(1.0 - OUTERMOST))
+    return low, high, 0.15 * (high - low) or 1.0
+
+
+def _leaves_axis(data: pd.DataFrame) -> bool:
+    low, high, room = _span(data)
+    return not data["value"].dropna().between(low - room, high + room).all()
+
+
 def _draw_motion(ax: Axes, data: pd.DataFrame, label: str) -> None:
     ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
-    values = data["value"].astype(float)
-    low, high = float(values.quantile(0.005)), float(values.quantile(0.995))
-    room = 0.15 * (high - low) or 1.0
+    low, high, room = _span(data)
     for name, color in (("model stretch", ORANGE), ("measured stretch", BLACK)):
         line = with_gaps(data.loc[data["series"] == name, ["t_ms", "value", "value_unc"]], high - low + 2.0 * room)
         if line.empty:

@@ -70,7 +70,7 @@ def _keep_curve(results: Path, test: CompressionTest, row: Row, fit: Compression
 
     diameter = row["diameter_m"]
     curve = compression_force((test.displacement_m - fit.zero_offset_m) / diameter)
-    names = {name: row[name] for name in ("material", "sphere_id", "diameter_m")}
+    names = {name: row[name] for name in ("material", "sphere_id", "diameter_m")} | {"zero_m": fit.zero_offset_m}
     points = {"displacement_m": test.displacement_m, "force_n": test.force_n}
     columns = {name: [value] * len(curve) for name, value in names.items()} | points
     table = new_table("compression", {**columns, "force_model_n": fit.g_inf_pa * diameter**2 * curve})
