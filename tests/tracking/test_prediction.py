@@ -16,7 +16,7 @@ def shape(frame: float) -> EllipseShape:
 @given(at=st.lists(st.integers(-30, 30), min_size=3, max_size=3, unique=True), frame=st.integers(-40, 40))
 def test_the_weights_reproduce_a_parabola(at: list[int], frame: int) -> None:
     points = np.array(at, float)
-    weights = lagrange_weights(points, float(frame))
+    weights = np.array(lagrange_weights(points.tolist(), float(frame)))
     assert weights @ (2 - 3 * points + 0.5 * points**2) == pytest.approx(2 - 3 * frame + 0.5 * frame**2, abs=1e-6)
 
 

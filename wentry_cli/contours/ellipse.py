@@ -38,6 +38,8 @@ class EllipseShape:
     @property
     def bottom_y(self) -> float:
         """Row of the lowest point, px."""
+        if not self.tilt_deg:
+            return self.y + self.semi_along
         tilt = math.radians(self.tilt_deg)
         return self.y + math.hypot(self.semi_across * math.sin(tilt), self.semi_along * math.cos(tilt))
 

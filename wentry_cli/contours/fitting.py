@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.clipped import is_clipped, shift_covariance
-from wentry_cli.contours.ellipse import PARAMETERS, EllipseShape, SilhouetteFit, bottom_gradient
+from wentry_cli.contours.ellipse import PARAMETERS, EllipseShape, SilhouetteFit
 from wentry_cli.contours.refine import ARC, BLUR, GATED, RESIDUAL, refine_shape
 from wentry_cli.contours.scan import scan_shape
 from wentry_cli.contours.turning import ANSWER, STEP, UNC
@@ -49,6 +49,7 @@ class FitRequest:
     tilt_unc_deg: float = 0.0
 
 
+@cache
 def parse_free(free: str) -> tuple[str, ...]:
     """The free parameters in the order of PARAMETERS; ValueError where the set has no x, no y or a foreign name."""
     names = free.split()
@@ -78,7 +79,6 @@ def assemble_fit(
     ``turn`` is the step to the tilt that the outline asks for, and its uncertainty, rad.
     """
     unc = [math.sqrt(variance) if variance > 0.0 else math.nan for variance in covariance.diagonal().tolist()]
-    gradient = bottom_gradient(shape)
     return SilhouetteFit(
         center_x_px=shape.x,
         center_y_px=shape.y,
@@ -91,7 +91,7 @@ def assemble_fit(
         stretch_unc=unc[3],
         tilt_unc_deg=math.degrees(unc[4]),
         bottom_y_px=shape.bottom_y,
-        bottom_y_unc_px=math.sqrt(float(gradient @ covariance @ gradient)),
+        bottom_y_unc_px=bottom_unc(shape, covariance),
         covariance=covariance,
         blur_px=quality["blur"],
         arc_fraction=quality["arc"],
@@ -101,6 +101,31 @@ def assemble_fit(
         seen_tilt_deg=shape.tilt_deg + math.degrees(turn[0]),
         seen_tilt_unc_deg=math.degrees(turn[1]),
     )
+
+
+def bottom_unc(shape: EllipseShape, covariance: NDArray[np.float64]) -> float:
+    """Standard uncertainty of the lowest row, px, from the covariance of all parameters; NaN where it is not known."""
+    return bottom_spread(shape.radius, shape.stretch, math.radians(shape.tilt_deg), covariance)
+
+
+@compiled
+def bottom_spread(radius: float, stretch: float, tilt: float, covariance: NDArray[np.float64]) -> float:
+    """``bottom_unc`` of a tilt in radians; the gradient is that of ``bottom_gradient``."""
+    across, along = (radius * stretch) ** 2, (radius / stretch**2) ** 2
+    sine, cosine = math.sin(tilt), math.cos(tilt)
+    depth = math.sqrt(across * sine**2 + along * cosine**2)
+    gradient = np.array([
+        0.0,
+        1.0,
+        depth / radius,
+        (across * sine**2 - 2.0 * along * cosine**2) / (stretch * depth),
+        (across - along) * sine * cosine / depth,
+    ])  # fmt: skip
+    variance = 0.0
+    for i in range(1, 5):
+        for j in range(1, 5):
+            variance += gradient[i] * covariance[i, j] * gradient[j]
+    return math.sqrt(variance) if variance > 0.0 else variance * 0.0
 
 
 @cache

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
@@ -13,6 +14,17 @@ CLEARLY, MAD_TO_SD = 8.0, 1.4826
 LEAST_PX = 0.1  # a sphere that hardly moves tells nothing of the time
 OFF_WHOLE = 0.2  # steps; a leap of the outline is no whole number of them but by chance
 UNEVEN = 0.15  # of a step; how much those around may differ from one another below the surface
+
+
+def _line_at(own: int) -> Array:
+    """Weights of five neighbouring values for the line through all but number ``own``, taken there."""
+    others = [other for other in range(5) if other != own]
+    weights = np.zeros(5)
+    weights[others] = np.linalg.pinv(np.stack([np.ones(4), np.array(others) - own], axis=1))[0]
+    return weights
+
+
+LINE_AT = np.array([_line_at(own) for own in range(5)])
 
 
 @dataclass(frozen=True)
@@ -54,15 +66,16 @@ def lost_in_water(frames: ArrayLike, row_px: ArrayLike, unc_px: ArrayLike) -> li
     way, apart = np.diff(row), np.diff(number)
     if way.size <= FEWEST_STEPS:
         return []
-    beyond, step = np.zeros(way.size), np.zeros(way.size)
-    for index in range(way.size):
-        first = min(max(index - 2, 0), way.size - 5)
-        around = [other for other in range(first, first + 5) if other != index]
-        if np.any(apart[first : first + 5] != 1.0) or np.ptp(way[around]) > UNEVEN * abs(np.mean(way[around])):
-            continue
-        step[index] = np.polyfit(np.array(around) - index, way[around], 1)[1]
-        beyond[index] = way[index] - step[index]
-    judged = step != 0.0
+    index = np.arange(way.size)
+    first = np.clip(index - 2, 0, way.size - 5)
+    around = sliding_window_view(way, 5)[first]
+    weight = LINE_AT[index - first]
+    own = np.arange(5) == (index - first)[:, None]
+    spread = np.where(own, -np.inf, around).max(axis=1) - np.where(own, np.inf, around).min(axis=1)
+    even = spread <= UNEVEN * np.abs(np.where(own, 0.0, around).mean(axis=1) * 5.0 / 4.0)
+    judged = even & (sliding_window_view(apart, 5)[first] == 1.0).all(axis=1)
+    step = np.where(judged, np.sum(weight * around, axis=1), 0.0)
+    beyond = np.where(judged, way - step, 0.0)
     scatter = MAD_TO_SD * float(np.median(np.abs(beyond[judged]))) if judged.any() else 0.0
     return _whole_steps(number, beyond, step, np.maximum(np.hypot(unc[1:], unc[:-1]), scatter))
 

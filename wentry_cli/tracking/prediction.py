@@ -69,21 +69,22 @@ class Path:
         use = 3 if len(self.frames) == 3 and span <= LONGEST_CURVED_STEP else 2
         if span > 2 * LONGEST_CURVED_STEP:
             use = 2
-        weights = lagrange_weights(self.frames[-use:], frame)
-        values = np.array([[item.x, item.bottom_y, item.semi_across] for item in self.shapes[-use:]])
-        x, bottom, across = (float(value) for value in weights @ values)
+        seen = list(zip(lagrange_weights(self.frames[-use:], frame), self.shapes[-use:], strict=True))
+        x = sum(weight * item.x for weight, item in seen)
+        bottom = sum(weight * item.bottom_y for weight, item in seen)
+        across = sum(weight * item.semi_across for weight, item in seen)
         stretch = last.stretch if span > LONGEST_CURVED_STEP else across / self.radius
         if self.stiff:
             stretch = 1.0
         stretch = min(max(stretch, STRETCH_LIMITS[0]), STRETCH_LIMITS[1])
         if span > LONGEST_CURVED_STEP:
-            centre = float(weights @ np.array([item.y for item in self.shapes[-use:]]))
+            centre = sum(weight * item.y for weight, item in seen)
             return EllipseShape(x, centre, self.radius, stretch, last.tilt_deg)
         above = EllipseShape(x, 0.0, self.radius, stretch, last.tilt_deg).bottom_y
         return EllipseShape(x, bottom - above, self.radius, stretch, last.tilt_deg)
 
 
-def lagrange_weights(at: Sequence[float], frame: float) -> NDArray[np.float64]:
+def lagrange_weights(at: Sequence[float], frame: float) -> list[float]:
     """Weights of values at the points ``at`` for the polynomial through them, taken at ``frame``."""
     weights = []
     for here in at:
@@ -92,7 +93,7 @@ def lagrange_weights(at: Sequence[float], frame: float) -> NDArray[np.float64]:
             if other != here:
                 weight *= (frame - other) / (here - other)
         weights.append(weight)
-    return np.array(weights)
+    return weights
 
 
 def box_around(shape: EllipseShape, margin: float, *, above: float = 1.2) -> tuple[float, float, float, float]:

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.circle import Circle, fit_circle
 from wentry_cli.contours.departure import NONE, Departure, extremes
-from wentry_cli.contours.ellipse import EllipseShape, SilhouetteFit, bottom_gradient
+from wentry_cli.contours.ellipse import EllipseShape, SilhouetteFit
+from wentry_cli.contours.fitting import bottom_unc
 from wentry_cli.contours.local_bottom import BottomFit, fit_local_bottom
 from wentry_cli.contours.separation import SeparationFit, find_separation
 from wentry_cli.contours.silhouette import fit_silhouette
@@ -186,13 +187,8 @@ def _doubted_beside_band(patch: Patch, fit: SilhouetteFit, look: Look) -> Silhou
     if change is None:
         return fit
     covariance = fit.covariance + np.outer(change, change)
-    gradient = bottom_gradient(fit.shape)
-    return replace(
-        fit,
-        covariance=covariance,
-        stretch_unc=math.sqrt(covariance[3, 3]),
-        bottom_y_unc_px=math.sqrt(float(gradient @ covariance @ gradient)),
-    )
+    unc = bottom_unc(fit.shape, covariance)
+    return replace(fit, covariance=covariance, stretch_unc=math.sqrt(covariance[3, 3]), bottom_y_unc_px=unc)
 
 
 def ring_share(patch: Patch, fit: SilhouetteFit, distance_px: float) -> float:
@@ -268,7 +264,6 @@ def with_radius(
     shape = EllipseShape(x, y, radius, stretch, math.degrees(tilt))
     covariance = with_radius_held(fit.covariance, slope, radius_unc)
     unc = [math.sqrt(max(variance, 0.0)) for variance in covariance.diagonal().tolist()]
-    gradient = bottom_gradient(shape)
     return replace(
         fit,
         center_x_px=shape.x,
@@ -280,6 +275,6 @@ def with_radius(
         radius_unc_px=math.nan,
         stretch_unc=unc[3] if fit.stretch_unc == fit.stretch_unc else math.nan,
         bottom_y_px=shape.bottom_y,
-        bottom_y_unc_px=math.sqrt(max(float(gradient @ covariance @ gradient), 0.0)),
+        bottom_y_unc_px=bottom_unc(shape, covariance),
         covariance=covariance,
     )

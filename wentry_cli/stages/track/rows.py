@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from wentry_cli.tracking.sighting import Sighting
@@ -162,8 +163,10 @@ def side_columns(count: int, sightings: Sequence[Sighting]) -> dict[str, Any]:
 def _steady_separation(line: NDArray[np.float64], centre: NDArray[np.float64]) -> NDArray[np.float64]:
     """Median over five frames of where the separation line is on the sphere (relative to its centre)."""
     offset = line - centre
+    known = np.isfinite(offset)
     steady = np.full(line.size, np.nan)
-    for index in np.flatnonzero(np.isfinite(offset)):
-        window = offset[max(0, index - SEPARATION_WINDOW) : index + SEPARATION_WINDOW + 1]
-        steady[index] = centre[index] + np.nanmedian(window)
+    if known.any():
+        padded = np.pad(offset, SEPARATION_WINDOW, constant_values=np.nan)
+        windows = sliding_window_view(padded, 2 * SEPARATION_WINDOW + 1)
+        steady[known] = centre[known] + np.nanmedian(windows[known], axis=1)
     return steady
