@@ -123,24 +123,15 @@ def _extrema(track: SmoothTrack) -> tuple[Extremum, ...]:
     """Every root of λ̇ with its kind, by the secant through the bracketing samples and one Newton step."""
     times = _fine_times(track)
     rate = track.evaluate(times).velocity
-    found = []
-    for i in np.flatnonzero(rate[:-1] * rate[1:] < 0.0):
-        secant = times[i] - rate[i] * (times[i + 1] - times[i]) / (rate[i + 1] - rate[i])
-        there = track.evaluate(secant)
-        step = -there.velocity[0] / there.acceleration[0] if there.acceleration[0] else 0.0
-        time = float(np.clip(secant + step, times[i], times[i + 1]))
-        state = track.evaluate(time)
-        bend = abs(float(state.acceleration[0])) or np.inf
-        found.append(
-            Extremum(
-                time,
-                float(state.velocity_unc[0]) / bend,
-                float(state.position[0]),
-                float(state.position_unc[0]),
-                bool(rate[i] > 0.0),
-            )
-        )
-    return tuple(found)
+    i = np.flatnonzero(rate[:-1] * rate[1:] < 0.0)
+    secant = times[i] - rate[i] * (times[i + 1] - times[i]) / (rate[i + 1] - rate[i])
+    there = track.evaluate(secant)
+    step = np.divide(-there.velocity, there.acceleration, out=np.zeros(i.size), where=there.acceleration != 0.0)
+    roots = track.evaluate(np.clip(secant + step, times[i], times[i + 1]))
+    bend = np.abs(roots.acceleration)
+    unc = np.divide(roots.velocity_unc, bend, out=np.zeros(i.size), where=bend > 0.0)
+    columns = (roots.times_s, unc, roots.position, roots.position_unc, rate[i] > 0.0)
+    return tuple(Extremum(*row) for row in zip(*(column.tolist() for column in columns), strict=True))
 
 
 def _significant(extrema: tuple[Extremum, ...], minimum_swing: float) -> tuple[Extremum, ...]:

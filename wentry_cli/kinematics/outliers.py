@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from wentry_cli.kinematics.state_pass import StatePass
@@ -85,10 +86,15 @@ def scattering(times: Array, position: Array, unc: Array) -> Array:
     score = np.abs(_neighbour_score(times, position, unc**2))[2:-2] / (math.sqrt(70.0 / 36.0) * np.median(unc[2:-2]))
     half = AROUND // 2
     first = np.clip(np.arange(times.size) - 2 - half, 0, max(score.size - AROUND, 0))
-    share = np.array([MAD_TO_SD * float(np.median(score[i : i + AROUND])) for i in first])
-    usual = np.array([float(np.median(unc[i : i + AROUND + 4])) for i in first])
+    share = MAD_TO_SD * _running_median(score, AROUND)[first]
+    usual = _running_median(unc, AROUND + 4)[first]
     own = np.sqrt(np.maximum(unc**2 - usual**2, 0.0))
     return np.asarray(np.hypot(np.minimum(unc, usual) * np.clip(share, LEAST_SHARE, 1.0), own))
+
+
+def _running_median(values: Array, length: int) -> Array:
+    """Medians of all windows of ``length`` neighbours, by their first place; of all values where they are fewer."""
+    return np.asarray(np.median(sliding_window_view(values, min(length, values.size)), axis=1))
 
 
 def unseen_part(residual: Array, unc: Array) -> float:
