@@ -225,3 +225,14 @@ def test_bench_says_before_it_measures_where_it_cannot_write(tmp_path: Path) -> 
     assert done.returncode == 2
     assert "'page' is a file" in done.stderr
     assert "nowhere.cihx" in wentry("bench", "--ball", "nowhere.cihx", cwd=tmp_path).stderr
+
+
+def test_bench_measures_chapters_beside_each_other_and_says_so(tmp_path: Path) -> None:
+    words = ("--quick", "-j", "2", "--chapter", "solvers", "--chapter", "ball", "-o", "page", "--json")
+    done = wentry("bench", *words, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    chapters = [row["chapter"] for row in json.loads(done.stdout)]
+    assert chapters == sorted(chapters, key=["solvers", "ball"].index)  # in the order asked for, not of their ends
+    assert set(chapters) == {"solvers", "ball"}
+    page = (tmp_path / "page" / "accuracy.md").read_text(encoding="utf-8")
+    assert "`wentry bench --chapter solvers --chapter ball --quick -j 2 --seed 20170412`" in page
