@@ -121,3 +121,25 @@ def test_flicker_is_divided_out_and_steady_light_is_left_alone() -> None:
     assert steadied(one, shape) is one
     dim = cut_patch((samples[10] * 0.9).astype(np.uint8), 0, 0, ground)
     assert float(np.median(steadied(dim, shape).values[:, :40])) == pytest.approx(1.0, abs=0.005)
+
+
+def test_the_bright_core_of_a_cavity_is_not_taken_for_ground() -> None:
+    """A place is dark in all frames until the cavity is there, which lets four fifths of the light through for good."""
+    rng = np.random.default_rng(4)
+    samples = np.stack([frame(20, 20, 6, rng) for _ in range(16)]).astype(float)
+    samples[:4, 50:90, 60:100] *= 0.4  # a mirror image that hardly moves
+    samples[4:, 50:90, 60:100] *= 0.8
+    samples[:, 30:34] *= 0.5  # the surface, there all the time,
+    samples[:, 90:110, 120:130] *= 0.8  # and something that stands in the picture
+    ground = build_background(samples.round().astype(np.uint8), 255.0).level / lamp()
+    assert np.abs(ground[50:90, 60:100] - 1.0).max() < 0.03
+    assert ground[92:108, 122:128] == pytest.approx(0.8, abs=0.03)
+
+
+def test_what_is_uncovered_late_is_ground_all_the_same() -> None:
+    rng = np.random.default_rng(5)
+    samples = np.stack([frame(80, 58, 22, rng) if k < 5 else frame(30, 90, 15, rng) for k in range(16)])
+    spots = np.ones(SHAPE)
+    spots[50:64:4, 70:90:4] = 0.9  # dust on the glass
+    ground = build_background((samples * spots).round().astype(np.uint8), 255.0).level / lamp()
+    assert ground[50:64:4, 70:90:4] == pytest.approx(0.9, abs=0.03)

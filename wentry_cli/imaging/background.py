@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from wentry_cli.compiled import compiled
 from wentry_cli.imaging.detection import Candidate, find_spheres, shrink
 from wentry_cli.imaging.ground import clean_level, fill_holes, relative_noise
+from wentry_cli.imaging.late_ground import false_ground
 from wentry_cli.imaging.patch import Patch
 
 DARKEST_GROUND = 0.12
@@ -94,7 +95,7 @@ def _level_without_spheres(samples: NDArray[Any], noise: float) -> NDArray[np.fl
     level = clean_level(samples, noise)
     for part, before in reversed(covered):
         part[:] = before
-    level[_ghosts(level, discs > 0)] = np.nan
+    level[_ghosts(level, discs > 0) | false_ground(level, samples[0])] = np.nan
     return fill_holes(level)
 
 

@@ -51,13 +51,19 @@ def relative_noise(samples: NDArray[Any]) -> float:
 def _coarse(samples: NDArray[Any]) -> NDArray[np.float32]:
     """Means over a dozen pixels each way, one for every block; shape (samples, blocks down, blocks across)."""
     rows, columns = samples.shape[1:]
+    coarse = np.empty((len(samples), -(-rows // BLOCK_PX), -(-columns // BLOCK_PX)), np.float32)
+    for index, sample in enumerate(samples):
+        coarse[index] = cv2.blur(block_means(sample), (3, 3))
+    return coarse
+
+
+def block_means(image: NDArray[Any]) -> NDArray[np.float32]:
+    """Means over blocks of ``BLOCK_PX`` each way; those at the end may reach beyond the image."""
+    rows, columns = image.shape
     size = (-(-columns // BLOCK_PX), -(-rows // BLOCK_PX))
     beyond = size[1] * BLOCK_PX - rows, size[0] * BLOCK_PX - columns
-    coarse = np.empty((len(samples), size[1], size[0]), np.float32)
-    for index, sample in enumerate(samples):
-        whole = cv2.copyMakeBorder(sample, 0, beyond[0], 0, beyond[1], cv2.BORDER_REPLICATE) if any(beyond) else sample
-        coarse[index] = cv2.blur(cv2.resize(whole, size, interpolation=cv2.INTER_AREA).astype(np.float32), (3, 3))
-    return coarse
+    whole = cv2.copyMakeBorder(image, 0, beyond[0], 0, beyond[1], cv2.BORDER_REPLICATE) if any(beyond) else image
+    return np.asarray(cv2.resize(whole, size, interpolation=cv2.INTER_AREA), np.float32)
 
 
 def flicker(coarse: NDArray[np.float32]) -> NDArray[np.float32]:

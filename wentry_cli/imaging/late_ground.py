@@ -1,0 +1,38 @@
+"""Ground that no frame shows before the sphere has passed: what is bright there later may be the core of a cavity."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.imaging.ground import BLOCK_PX, block_means, fill_holes
+
+COVERED = 0.95  # of the ground: what is darker in the first frame shows something else there
+CORE, FADING = 0.95, 0.98  # of the ground around: a patch that is darker somewhere, and how far it reaches
+EDGE_BLOCKS = 2
+
+
+def false_ground(level: NDArray[np.float32], first: NDArray[Any]) -> NDArray[np.bool_]:
+    """Where a level (rows, columns) of the empty scene is that of the bright core of a cavity; ``first`` is a frame.
+
+    Light that has passed through the cavity is bright, but not as bright as the ground. Where sphere or mirror image
+    cover a place in all frames before the cavity is there, it is the brightest that is ever seen. Such a place is dark
+    in the first frame, which no ground is that something else covers later, and its level lies below that of the
+    ground around it; what stands in the picture from the beginning, a bar, a stain, is dark in the first frame too, and
+    as dark in the level.
+    """
+    rows, columns = level.shape
+    known, begun = block_means(level), block_means(first)
+    share = begun / known
+    covered = share < COVERED * float(np.nanmedian(share)) if np.isfinite(share).any() else np.zeros(share.shape, bool)
+    if not covered.any() or covered.all():
+        return np.zeros(level.shape, bool)
+    around = fill_holes(np.where(covered, np.float32(np.nan), known))
+    fading = covered & (known < FADING * around)
+    _, label = cv2.connectedComponents(fading.astype(np.uint8))
+    cores = np.unique(label[fading & (known < CORE * around)])
+    wide = cv2.dilate(np.isin(label, cores[cores > 0]).astype(np.uint8), np.ones((2 * EDGE_BLOCKS + 1,) * 2, np.uint8))
+    return np.repeat(np.repeat((wide > 0) & covered, BLOCK_PX, 0), BLOCK_PX, 1)[:rows, :columns]
