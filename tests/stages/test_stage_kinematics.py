@@ -185,8 +185,25 @@ def test_a_fall_that_is_not_that_of_gravity_is_told(tmp_path: Path, caplog: pyte
     side["t_s"] *= 2.0
     write_table(tmp_path, "side", side)
     kinematics.run(tmp_path, make_drop())
-    assert "before impact the sphere falls with 2.4 ±" in caplog.text
+    assert "before impact the sphere falls with 2.5 ±" in caplog.text
     assert "check fps" in caplog.text
+    table = read_table(tmp_path, "kinematics")
+    air = table[table["t_s"] < 0]
+    # what is measured, not what is assumed
+    assert np.all(np.abs(air["a_c_m_s2"] + 9.81 / 4.0) < 3.0 * air["a_c_m_s2_unc"])
+
+
+@pytest.mark.parametrize(("wrong", "told"), [(0.9, True), (1.1, True), (0.99, False), (1.01, False)])
+def test_a_rate_that_is_off_by_a_tenth_is_told(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, wrong: float, told: bool
+) -> None:
+    write_views(tmp_path, motion())
+    side = read_table(tmp_path, "side")
+    side["t_s"] *= wrong
+    side["center_y_px"] += 0.02 * np.random.default_rng(6).normal(size=len(side))
+    write_table(tmp_path, "side", side)
+    kinematics.run(tmp_path, make_drop())
+    assert ("falls with" in caplog.text) == told
 
 
 def test_a_surface_that_was_given_too_low_is_no_fault_of_the_camera(
@@ -213,6 +230,8 @@ def test_a_sphere_that_is_held_at_first_falls_with_gravity_all_the_same(
     before = side["t_s"] < 0
     # a strong pull instead of gravity, which gains a speed in the few frames there are
     side.loc[before, "y_b_m"] = (0.5 * 500.0 * (released**2 - since**2))[before]
+    side.loc[before, "bottom_y_px"] = 300.0 - SCALE * side["y_b_m"][before]
+    side.loc[before, "center_y_px"] = side["bottom_y_px"][before] - SCALE * R
     write_table(tmp_path, "side", side)
     geometry = read_table(tmp_path, "geometry")
     geometry["impact_time_s"], geometry["release_time_s"] = 0.25, 0.25 + released

@@ -14,8 +14,11 @@ from wentry_cli.kinematics.state_pass import Ballistic
 
 Array = NDArray[np.float64]
 FEWEST_IN_FALL = 8
-SLOW_EDGE_PX = 0.03  # by which an edge may err slowly
-CLEARLY_OFF, OFF_BY = 5.0, 0.25  # standard uncertainties, and share of gravity, that contradict it together
+SLOW_EDGE_PX = 0.01  # by which a centre may err slowly
+CLEARLY_OFF, OFF_BY = (
+    5.0,
+    0.06,
+)  # standard uncertainties, and share of gravity (drag takes half of it), to contradict it
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,7 @@ class Fall:
 
 def check_fall(
     times_s: Array,
-    bottom_m: tuple[Array, Array],
+    height_m: tuple[Array, Array],
     gravity_m_s2: float,
     pixel_m: float,
     *,
@@ -51,28 +54,28 @@ def check_fall(
 ) -> Fall | None:
     """Fit the heights before time 0 with a free acceleration and compare it with gravity; None below eight frames.
 
-    ``bottom_m`` are heights and standard uncertainties, (n,) each, NaN where not measured; ``pixel_m`` is what an edge
-    that errs by a part of a pixel is worth. Frames up to ``released_s``, in which the sphere is still held, do not
-    count. Where all frames together tell no acceleration, as when the last of them show something else than a fall,
-    the earlier half is asked.
+    ``height_m`` are heights of the centre and their standard uncertainties, (n,) each, NaN where not measured;
+    ``pixel_m`` is what an edge that errs by a part of a pixel is worth. Frames up to ``released_s``, in which the
+    sphere is still held, do not count. Where all frames together tell no acceleration, as when the last of them show
+    something else than a fall, the earlier half is asked.
     """
-    before = np.flatnonzero((times_s > released_s) & (times_s < 0.0) & np.isfinite(bottom_m[0]))
+    before = np.flatnonzero((times_s > released_s) & (times_s < 0.0) & np.isfinite(height_m[0]))
     if before.size < FEWEST_IN_FALL:
         return None
     whole, early = (
-        _fall(times_s[part], (bottom_m[0][part], bottom_m[1][part]), gravity_m_s2, pixel_m)
+        _fall(times_s[part], (height_m[0][part], height_m[1][part]), gravity_m_s2, pixel_m)
         for part in (before, before[: FEWEST_IN_FALL // 2 + before.size // 2])
     )
     told = early if whole.falls and whole.unc > OFF_BY * gravity_m_s2 else whole
     return Fall(told.acceleration, told.unc, told.falls, early.falls, told.speeds)
 
 
-def _fall(times: Array, bottom: tuple[Array, Array], gravity: float, pixel_m: float) -> Fall:
-    fit = fit_parabola(times, *bottom, relative=True)
+def _fall(times: Array, height: tuple[Array, Array], gravity: float, pixel_m: float) -> Fall:
+    fit = fit_parabola(times, *height, relative=True)
     found, unc = -float(fit.parameters[2]), math.sqrt(float(fit.covariance[2, 2]))
     # an edge that errs by a part of a pixel, slowly, looks like the bend of a parabola
     bend = 8.0 * SLOW_EDGE_PX * pixel_m / float(np.ptp(times)) ** 2
     falls = abs(found - gravity) <= max(CLEARLY_OFF * unc + bend, OFF_BY * gravity)
     free = -float(fit.evaluate(np.zeros(1))[0][0, 1])
-    held, _ = fall_speed(times, *bottom, Ballistic(-gravity))
+    held, _ = fall_speed(times, *height, Ballistic(-gravity))
     return Fall(found, unc, falls, falls, (free, held))

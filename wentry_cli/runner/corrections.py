@@ -58,6 +58,8 @@ def _correct_frames(folder: Path, correction: FrameCorrection) -> None:
     frame = read_table(folder, name)
     rows = frame["frame"].between(*correction.frames)
     values = {column: value for column, value in correction.by_column.items() if column in frame}
+    pixel = _by_eye(folder, correction.view)
+    values = {f"{column}_unc": pixel[column] for column in values if column in pixel} | values
     for column in [item for item in frame.columns if item not in ("frame", "t_s", "status")]:
         if correction.exclude:
             frame.loc[rows, column] = None
@@ -65,6 +67,14 @@ def _correct_frames(folder: Path, correction: FrameCorrection) -> None:
         frame.loc[rows, column] = value
     frame.loc[rows, "status"] = "manual"
     write_table(folder, name, frame)
+
+
+def _by_eye(folder: Path, view: str) -> dict[str, float]:
+    """How well a person sees what is corrected, a pixel: its standard uncertainty where none is given."""
+    geometry = read_table(folder, "geometry")
+    row = geometry[geometry["view"] == view].iloc[0]
+    metres = 1.0 / float(row["scale_px_per_m"])
+    return {"stretch": 1.0 / float(row["radius_px"]), "y_b_m": metres}
 
 
 def _count_left(folder: Path, drop: Drop) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from wentry_cli.kinematics.ballistic import fit_parabola
 from wentry_cli.kinematics.centre import below_ellipsoid, early_shape_time, early_shape_time_from_period
 from wentry_cli.kinematics.entry import EntryMotion, fall_before_impact, solve_entry_motion
+from wentry_cli.kinematics.fall_check import Fall
 from wentry_cli.kinematics.state_pass import Ballistic
 from wentry_cli.stages.inputs.air import fall_in_air, released
 from wentry_cli.stages.inputs.columns import column, first_known, first_row, number
@@ -115,7 +117,7 @@ def _entry(folder: Path, drop: Drop) -> dict[str, Any] | None:
         return None
     side, geometry = read_table(folder, "side"), first_row(folder, "geometry", view="side")
     times = column(side, "t_s")
-    _check_fall(drop, side, geometry)
+    _tell_of_fall(drop, fall_in_air(folder, drop))
     motion = entry_motion(folder, drop, _stretch(folder, drop, times))
     x, _ = _positions(side, geometry, origin_y_px=math.nan)
     columns: dict[str, Any] = {"frame": side["frame"].to_numpy(), "t_s": times, "x_c_m": x} | motion_columns(motion)
@@ -123,9 +125,8 @@ def _entry(folder: Path, drop: Drop) -> dict[str, Any] | None:
     return columns
 
 
-def _check_fall(drop: Drop, side: pd.DataFrame, geometry: dict[str, Any]) -> None:
+def _tell_of_fall(drop: Drop, fall: Fall | None) -> None:
     """Warn where the sphere falls before impact with clearly another acceleration than that of gravity."""
-    fall = fall_in_air(drop, side, geometry)
     if fall is None or fall.falls:
         return
     told = CHECK_FALL
@@ -151,7 +152,7 @@ def entry_motion(
         bottom or (column(side, "y_b_m"), column(side, "y_b_m_unc")),
         stretch,
         drop.experiment.sphere.radius_m,
-        ballistic=_fall(side, geometry, drop),
+        ballistic=_known_of_fall(folder, drop),
         mode=drop.experiment.analysis.smoother,
         slow_s=_slow(folder, side, drop),
         fixed_m=_fixed(geometry, column(side, "t_s")),
@@ -202,19 +203,24 @@ def _stretch(folder: Path, drop: Drop, times: Array) -> tuple[Array, Array]:
     return column(table, "stretch"), column(table, "stretch_unc")
 
 
-def _fall(side: pd.DataFrame, geometry: dict[str, Any], drop: Drop) -> Ballistic:
-    """The fall before impact, and how far a change of scale at the waterline may shift the heights."""
-    experiment = drop.experiment
+def _known_of_fall(folder: Path, drop: Drop) -> Ballistic:
+    """What is known of the fall before impact, and how far a change of scale at the waterline may shift the heights.
+
+    Nothing is known of the acceleration of a fall that contradicts gravity.
+    """
+    side, geometry, experiment = read_table(folder, "side"), first_row(folder, "geometry", view="side"), drop.experiment
     times, heights = column(side, "t_s"), column(side, "y_b_m")
     before = (times < 0.0) & np.isfinite(heights)
     speed = -float(np.polyfit(times[before], heights[before], 1)[0]) if before.sum() > 2 else 0.0
-    return fall_before_impact(
+    known = fall_before_impact(
         experiment.gravity_m_s2,
         speed,
         experiment.sphere.radius_m,
         experiment.sphere.density or NOMINAL_DENSITY,
         position_jump_m=_by_axis(geometry),
     )
+    fall = fall_in_air(folder, drop)
+    return known if fall is None or fall.falls else replace(known, acceleration=math.nan)
 
 
 def _by_axis(geometry: dict[str, Any]) -> float:

@@ -45,7 +45,7 @@ def run(folder: Path, drop: campaign.Drop) -> None:
     stretch, periods = read_table(folder, "stretch"), read_table(folder, "periods")
     fit = _fit(material, stretch, periods)
     first = first_peak(periods)
-    write_table(folder, "model_fit", _fit_table(fit, first, material, stretch))
+    write_table(folder, "model_fit", _fit_table(fit, first, material, stretch, _doubt_of_period(drop)))
     write_table(folder, "model", _model_table(fit, first, material, stretch))
     if drop.experiment.kind == "water_entry" and has_table(folder, "kinematics"):
         write_table(folder, "kinematics_model", _kinematics_table(folder, drop, (fit, first), stretch))
@@ -121,14 +121,24 @@ def _fit(material: Material, stretch: pd.DataFrame, periods: pd.DataFrame) -> Ti
     )
 
 
-def _fit_table(fit: TimeScaling, first: FirstPeak, material: Material, stretch: pd.DataFrame) -> pd.DataFrame:
+def _doubt_of_period(drop: campaign.Drop) -> float:
+    """Relative uncertainty of the model's period, which goes as R √(ρ/G∞), from those of G∞ and the diameter."""
+    sphere, known = drop.experiment.sphere, drop.material
+    if known is None:
+        return 0.0
+    return math.hypot(0.5 * known.g_inf_pa_unc / known.g_inf_pa, sphere.diameter_m_unc / sphere.diameter_m)
+
+
+def _fit_table(
+    fit: TimeScaling, first: FirstPeak, material: Material, stretch: pd.DataFrame, doubt: float
+) -> pd.DataFrame:
     return new_table(
         "model_fit",
         {
             "period_exp_s": [fit.period_exp_s],
             "period_model_s": [fit.period_model_s],
             "time_ratio": [fit.ratio],
-            "time_ratio_unc": [fit.ratio_unc],
+            "time_ratio_unc": [math.hypot(fit.ratio_unc, doubt * fit.ratio)],
             "stretch_0": [first.stretch.value if first.found else math.nan],
             "residual_rms": [_misfit(fit, first, material, stretch)],
             "eps0_dot_1_s": [material.eps0_dot_1_s],

@@ -64,7 +64,7 @@ def impact_speed_alone(folder: Path, drop: Drop) -> Speeds:
     air, _ = scale_uncertainties(folder, drop)
     side = read_table(folder, "side")
     speed, unc = _speed_of_fall(side, "y_b_m", folder, drop)
-    unc = math.hypot(unc, _doubted_fall(side, speed, folder, drop))
+    unc = math.hypot(unc, _doubted_fall(speed, folder, drop))
     return Speeds(speed, math.hypot(unc, speed * air), math.nan, math.nan, math.nan, math.nan, "")
 
 
@@ -83,9 +83,9 @@ def _speed_of_fall(table: pd.DataFrame, height: str, folder: Path, drop: Drop) -
     return fall_speed(column(table, "t_s"), column(table, height), unc, fall, released(geometry))
 
 
-def _doubted_fall(table: pd.DataFrame, speed: float, folder: Path, drop: Drop) -> float:
+def _doubted_fall(speed: float, folder: Path, drop: Drop) -> float:
     """What U₀ may be wrong by where the fall before impact contradicts gravity."""
-    fall = fall_in_air(drop, table, first_row(folder, "geometry", view="side"))
+    fall = fall_in_air(folder, drop)
     return fall.speed_doubt(speed) if fall is not None and math.isfinite(speed) else 0.0
 
 
@@ -135,7 +135,7 @@ def _speeds_from(table: pd.DataFrame, folder: Path, source: str, drop: Drop) -> 
     velocity, noise = velocity_at_impact(table, folder, drop)
     late = number(first_row(folder, "geometry", view="side"), "impact_time_s_unc", 0.0)
     impact = -velocity
-    noise = math.hypot(noise, late * drop.experiment.gravity_m_s2, _doubted_fall(table, impact, folder, drop))
+    noise = math.hypot(noise, late * drop.experiment.gravity_m_s2, _doubted_fall(impact, folder, drop))
     impact_unc = math.hypot(noise, impact * air)
     period = first_row(folder, "periods")
     end, end_unc = number(period, "t_end_s"), number(period, "t_end_s_unc", 0.0)
