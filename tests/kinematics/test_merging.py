@@ -145,3 +145,28 @@ def test_what_the_overlap_tells_of_the_top_view_holds_where_it_is_alone() -> Non
     assert np.abs(np.diff(off)).max() < 5e-4
     assert np.abs(off[alone] / merged.stretch_unc[alone]).max() < 2.0
     assert merged.stretch_unc[alone].max() < 1.5e-3
+
+
+def test_no_interpolation_leads_across_the_impact() -> None:
+    """λ is 1 up to the impact and leaves it with a kink; the cameras are half a frame out of phase."""
+    times, top_times = (np.arange(60) - 30.25) / 2000.0, (np.arange(60) - 30.75) / 2000.0
+    own = np.maximum(top_times, 0.0)
+    nothing = np.full(60, np.nan)
+    merged = merge_stretch(times, (nothing, nothing), top_times, (1.0 + 60.0 * own, np.full(60, 1e-4)))
+    seen = np.isfinite(merged.stretch)
+    assert seen.sum() > 50
+    assert np.abs(merged.stretch - 1.0 - 60.0 * np.maximum(times, 0.0))[seen].max() < 1e-9
+
+
+@pytest.mark.parametrize("drift", [0.0, 0.05])
+def test_what_the_views_drift_apart_stays_in_the_uncertainty_of_the_one_that_is_carried(drift: float) -> None:
+    """The top view's error changes with the depth, where its distance is wrong; the side view begins late."""
+    random = np.random.default_rng(2)
+    side = np.where(T > 0.02, ring(T) + 1e-5 * random.normal(size=T.size), np.nan), np.full(T.size, 5e-5)
+    top = ring(T) + 0.002 + drift * T / T[-1] + 1e-4 * random.normal(size=T.size), np.full(T.size, 0.03)
+    merged = merge_stretch(T, side, T, top, slow_s=0.015)
+    alone = merged.source == "top"
+    error = np.abs(merged.stretch - ring(T))[alone]
+    assert alone.sum() > 30
+    assert np.mean(error < 2.0 * merged.stretch_unc[alone]) > 0.9
+    assert merged.stretch_unc[alone].max() < 3e-4 + drift

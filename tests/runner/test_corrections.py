@@ -8,10 +8,12 @@ import pytest
 
 from tests.runner.conftest import EXPERIMENT
 from wentry_cli.config.campaign import Drop, read_drop
+from wentry_cli.config.corrections import FrameCorrection
 from wentry_cli.errors import ConfigurationError
 from wentry_cli.pipeline import STAGES
+from wentry_cli.runner.corrections import correct_frames
 from wentry_cli.runner.in_clip import check_before, check_heights, check_times
-from wentry_cli.tables import new_table, write_table
+from wentry_cli.tables import new_table, read_table, write_table
 
 STAGE = {stage.name: stage for stage in STAGES}
 
@@ -156,3 +158,15 @@ def test_a_height_against_the_picture(drop: Drop, tables: Path) -> None:
     check_heights(tables, _corrected(drop, "frames:\n- {view: side, frames: [1, 1], y_b_m: -0.39}\n"))
     with pytest.raises(ConfigurationError, match=r":2:32: error: frames\.0\.y_b_m: -3 m is not in the picture"):
         check_heights(tables, _corrected(drop, "frames:\n- {view: side, frames: [1, 1], y_b_m: -3}\n"))
+
+
+def test_a_value_by_hand_without_uncertainty_is_good_to_a_pixel(tmp_path: Path) -> None:
+    side = {"frame": [0, 1, 2], "stretch": 1.0, "stretch_unc": 1e-4, "y_b_m": 0.1, "y_b_m_unc": 1e-5, "status": "ok"}
+    write_table(tmp_path, "side", new_table("side", side))
+    geometry = {"view": ["side"], "scale_px_per_m": [2000.0], "radius_px": [50.0]}
+    write_table(tmp_path, "geometry", new_table("geometry", geometry))
+    for frame, values in ((1, {"stretch": 1.2, "y_b_m": 0.2, "y_b_m_unc": 1e-3}), (2, {"y_b_m": 0.3})):
+        correct_frames(tmp_path, FrameCorrection(view="side", frames=(frame, frame), **values))
+    table = read_table(tmp_path, "side")
+    assert table["stretch_unc"].tolist() == pytest.approx([1e-4, 1.0 / 50.0, 1e-4])
+    assert table["y_b_m_unc"].tolist() == pytest.approx([1e-5, 1e-3, 1.0 / 2000.0])

@@ -42,6 +42,8 @@ def test_the_scale_follows_from_the_approach_and_the_distance() -> None:
     assert found.px_m == pytest.approx(2000.0, rel=2e-4)
     assert found.source == "approach"
     assert math.isnan(scale_from_approach(time[10:], pixels[10:], np.ones(5), RADIUS_M, None).px_m)
+    far = [scale_from_approach(time, pixels, np.full(15, 0.001), RADIUS_M, distance) for distance in (None, math.inf)]
+    assert far[0] == far[1]
 
 
 def test_the_stretch_is_freed_from_the_perspective() -> None:

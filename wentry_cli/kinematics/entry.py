@@ -149,12 +149,17 @@ def _random_parts(
 
 
 def _random_part(times: Array, position: Array, unc: Array) -> Array:
-    """The uncertainties scaled to the scatter from frame to frame, in air and in water apart if clearly different."""
+    """The uncertainties scaled to the scatter from frame to frame, in air and in water apart if clearly different.
+
+    Where the few frames in air scatter more, they are taken at that: an error bar that a chance made too wide harms
+    less than one that the many frames in water made too narrow.
+    """
     parts = (times < 0.0, times >= 0.0)
     ratios = np.array([scatter_ratio(times[part], position[part], unc[part]) for part in parts])
     common = scatter_ratio(times, position, unc)
     if not np.all(np.isfinite(ratios)) or 1.0 / CLEARLY < ratios[0] / ratios[1] < CLEARLY:
-        ratios = np.full(2, common if math.isfinite(common) else 1.0)
+        common = common if math.isfinite(common) else 1.0
+        ratios = np.array([np.fmax(ratios[0], common), common])
     return np.where(parts[0], *(max(float(r), LEAST_SCATTER) for r in ratios)) * unc
 
 

@@ -53,9 +53,10 @@ def merge_stretch(
     Beside the frames that both see, the side view keeps what the overlap taught: the part of its uncertainty that does
     not scatter is an error that changes over ``slow_s`` (0: nothing is known), so that λ does not step where the top
     view comes and goes, and the uncertainty grows from the joint one to the side view's own. The top view keeps it in
-    the same way for good: its error is that of its depth and scale, which are one in all frames.
+    the same way for good: its error is that of its depth and scale, which are one in all frames. How far the views'
+    difference changes over the frames that both see is then left in its uncertainty.
     """
-    seen, variance = lagrange_cubic(top_times_s, top[0], top[1] ** 2, times_s)
+    seen, variance = _at(times_s, top_times_s, top)
     if np.isfinite(dome_over_s):
         seen = np.where(times_s < dome_over_s, seen, np.nan)
     top_unc = np.where(np.isfinite(seen), np.sqrt(variance), np.nan)
@@ -76,7 +77,8 @@ def merge_stretch(
             ((seen, top_unc), side, has_top & ~has_side, np.inf),
         ):
             correction, narrower = _carried(times_s, one, other, (both, alone), lasting)
-            value, unc = value - correction, np.where(narrower > 0.0, narrower, unc)
+            changes = _change(seen - side[0], both) if lasting == np.inf else 0.0
+            value, unc = value - correction, np.where(narrower > 0.0, np.hypot(narrower, changes), unc)
     return MergedStretch(
         np.where(any_view, value, np.nan),
         np.where(any_view, unc, np.nan),
@@ -84,6 +86,23 @@ def merge_stretch(
         np.where(has_top, seen, np.nan),
         np.where(has_side, side[0], np.nan),
     )
+
+
+def _at(times: Array, top_times: Array, top: tuple[Array, Array]) -> tuple[Array, Array]:
+    """λ of the top view at other times and its variance; no cubic leads across the impact at 0, where λ has a kink."""
+    value, variance = np.full(times.shape, np.nan), np.full(times.shape, np.nan)
+    for own, here in ((top_times < 0.0, times < 0.0), (top_times >= 0.0, times >= 0.0)):
+        value[here], variance[here] = lagrange_cubic(top_times[own], top[0][own], top[1][own] ** 2, times[here])
+    return value, variance
+
+
+def _change(apart: Array, both: NDArray[np.bool_]) -> float:
+    """How far a difference of the two views changes over the frames that both see: half of what its means span."""
+    seen = apart[both]
+    if seen.size < NEAREST:
+        return 0.0
+    means = np.convolve(seen, np.full(NEAREST, 1.0 / NEAREST), mode="valid")
+    return 0.5 * float(np.ptp(means))
 
 
 def _carried(
@@ -145,7 +164,7 @@ def find_offset(
 def _offset_step(
     times: Array, side: tuple[Array, Array], top_times: Array, top: tuple[Array, Array]
 ) -> tuple[float, float]:
-    seen, variance = lagrange_cubic(top_times, top[0], top[1] ** 2, times)
+    seen, variance = _at(times, top_times, top)
     rate = np.gradient(seen, times)
     total = np.sqrt(variance + side[1] ** 2)
     good = np.isfinite(seen) & np.isfinite(rate) & _measured(side[0], total)

@@ -220,7 +220,8 @@ def _end(
         time = float(times[i] - above[i] * (times[i + 1] - times[i]) / (above[i + 1] - above[i]))
         state = track.evaluate(time)
         # which mean is meant is uncertain itself: 1, the stretch of no force, is as good as the one used
-        spread = np.hypot(state.position_unc[0], state.position[0] - 1.0)
+        common = max(e.common_unc for e in (valley, following) if e is not None)
+        spread = np.linalg.norm([state.position_unc[0], state.position[0] - 1.0, common])
         return time, float(spread / abs(state.velocity[0])), "ok"
     if following is None:
         return NO_TIME, NO_TIME, "clip_ended"

@@ -29,7 +29,7 @@ def apply_corrections(folder: Path, stage: Stage, drop: Drop) -> None:
         check_heights(folder, drop)
         _shift_impact(folder, corrections)
         for correction in corrections.frames:
-            _correct_frames(folder, correction)
+            correct_frames(folder, correction)
         if corrections.frames:
             _count_left(folder, drop)
     if stage.name == "cavity":
@@ -51,7 +51,8 @@ def _shift_impact(folder: Path, corrections: Corrections) -> None:
             write_table(folder, name, frame)
 
 
-def _correct_frames(folder: Path, correction: FrameCorrection) -> None:
+def correct_frames(folder: Path, correction: FrameCorrection) -> None:
+    """Put the values of one correction into the table of its view in ``folder``."""
     name = _MEASURED_BY_VIEW[correction.view]
     if not has_table(folder, name):
         return

@@ -153,7 +153,7 @@ def scale_from_approach(
         return TopScale(math.nan, math.nan, "unknown")
     design = np.stack([np.ones(np.count_nonzero(before)), time[before]], axis=1)
     solution, covariance, _ = weighted_line(design, radius[before], unc[before])
-    lower = 1.0 if distance_m is None else (distance_m - radius_m) / distance_m
+    lower = 1.0 if distance_m is None else 1.0 - radius_m / distance_m
     scale = float(solution[0]) * lower / radius_m
     return TopScale(scale, scale * math.sqrt(covariance[0, 0]) / float(solution[0]), "approach")
 
