@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given
@@ -106,3 +107,14 @@ def test_a_black_border_is_no_surface_and_hides_none(border: int, foot: int) -> 
         level[:border], level[:, :border], level[:, -border:] = 0.4, 0.4, 0.4
     (found,) = find_surfaces(level, x_px=120.0)
     assert found.y_px == pytest.approx(100.25, abs=0.05)
+
+
+@pytest.mark.parametrize("water", [1.0, 0.8, 0.45, 0.2])
+@pytest.mark.parametrize("blur", [1, 5])
+def test_water_that_is_darker_than_the_air_leaves_the_surface_in_doubt(water: float, blur: int) -> None:
+    level = scene(100.3, 2.5, 0.6)
+    level[np.arange(300) > 100] *= water
+    level = cv2.GaussianBlur(level, (0, 0), 0.4 * blur)
+    found = find_free_surface(level)
+    assert abs(found.y_px - 100.3) < 2.5 * found.unc_px
+    assert found.unc_px < (3.0 if water < 1.0 else 0.06 if blur == 1 else 1.2)

@@ -38,6 +38,7 @@ class SurfaceRow:
 
 
 LEAST_ROWS, EDGE_ROWS = 12, 4
+BESIDE_ROWS = 3, 9  # beyond a line: where its blur has faded
 NO_SURFACE = SurfaceRow(math.nan, math.nan, math.nan, math.nan, "no_edge")
 
 
@@ -59,10 +60,10 @@ def find_surfaces(
     ``level`` is (rows, columns) of grey levels without the sphere, ``x_px`` the column at which the row is wanted
     (default: the middle), ``rows`` the range in which to look. The zero of height is the centre of the band: the
     front and the back meniscus both look dark, the flat surface lies between them. Each of 24 strips gives a centre of
-    gravity of its dip; a line through them without outliers gives the row, their scatter the uncertainty, and never
-    less than a twelfth of the thickness, since the band of a real surface is uneven. A seam or the rim of a tank looks
-    the same: which of the rows is the surface, only the sphere can tell. Black rows and columns at the edge of the
-    picture are not looked at.
+    gravity of its dip; a line through them without outliers gives the row. Its uncertainty is their scatter, where in
+    a band the surface may lie (``_unevenness``), and what water that is darker than the air does to the centre. A seam
+    or the rim of a tank looks the same: which of the rows is the surface, only the sphere can tell. Black rows and
+    columns at the edge of the picture are not looked at.
     """
     lit, across = (within_blur(part, size) for part, size in zip(lit_part(level), level.shape, strict=True))
     x_px = (x_px if x_px is not None else level.shape[1] / 2) - across.start
@@ -72,7 +73,11 @@ def find_surfaces(
     if bottom - top < LEAST_ROWS or level.shape[1] < BLOCKS:
         return []
     found = _deepest_first(_dip(level), (top, bottom), x_px)
-    return [replace(row, y_px=row.y_px + lit.start) for row in found if row.status == "ok"]
+    return [
+        replace(row, y_px=row.y_px + lit.start, unc_px=math.hypot(row.unc_px, _pulled_by_step(level, row)))
+        for row in found
+        if row.status == "ok"
+    ]
 
 
 def _deepest_first(dip: NDArray[np.float32], limits: tuple[int, int], x_px: float) -> list[SurfaceRow]:
@@ -224,6 +229,21 @@ def _unevenness(thickness: float) -> float:
     Water that climbs the wall puts it at the lower rim of the band, a camera that looks down or up at either.
     """
     return max(0.02, math.sqrt(max(thickness**2 - LINE_PX**2, 0.0) / 12.0))
+
+
+def _pulled_by_step(level: NDArray[np.float32], row: SurfaceRow) -> float:
+    """Standard deviation of what unequal light above and below a line does to its centre, px.
+
+    The centre of gravity leans to the darker side, by at most half of the line in the share of the step in its depth.
+    """
+    half = 0.5 * row.thickness_px
+    rows = np.arange(BESIDE_ROWS[0], BESIDE_ROWS[1])
+    sides = [np.round(row.y_px + way * (half + rows)).astype(int) for way in (-1, 1)]
+    sides = [side[(side >= 0) & (side < level.shape[0])] for side in sides]
+    if not all(side.size for side in sides):
+        return 0.0
+    above, below = (float(np.median(level[side])) for side in sides)
+    return min(abs(above - below) / (max(above, below) * row.contrast), 1.0) * (half + 1.0) / math.sqrt(3.0)
 
 
 def find_plate(level: NDArray[np.float32], *, x_px: float | None = None) -> SurfaceRow:

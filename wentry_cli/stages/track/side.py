@@ -21,6 +21,7 @@ from wentry_cli.stages.track.exposure import exposure_frames, fitting_level
 from wentry_cli.stages.track.impact import NO_IMPACT, entry_impact
 from wentry_cli.stages.track.lost_frames import without_lost_time
 from wentry_cli.stages.track.plate import measure_plate
+from wentry_cli.stages.track.roundness import oblateness, with_doubted_pixels
 from wentry_cli.stages.track.rows import side_columns
 from wentry_cli.stages.track.scales import NO_SCALES, find_scales, given_radii, warn_of_wrong_scale, with_clipped_edge
 from wentry_cli.stages.track.side_result import SideResult, dated, in_metres, state_radius, why_no_impact
@@ -143,6 +144,7 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
         surface = replace(surface, y_px=track.mirror.y_px, unc_px=track.mirror.unc_px)
     warn_of_wrong_scale(drop, pool_sightings(track.sightings, wet=False))
     scales = find_scales(drop, track.radius_air, track.radius_water, ground)
+    scales = with_doubted_pixels(drop, scales, oblateness(track.sightings))
     surface = with_clipped_edge(surface, track.radius_air, ground)
     released_s = let_go(track.sightings, clip.time_s)
     sightings = without_lost_time(drop, clip, track.sightings, scales.air, released_s)
@@ -191,7 +193,7 @@ def _measure_flight(drop: Drop, clip: Clip, ground: Background, seed: Path) -> S
     seen = pool_sightings(sightings, wet=False)
     warn_of_wrong_scale(drop, seen)
     radius = radius if radius.known else seen
-    scales = find_scales(drop, radius, NO_RADIUS, ground)
+    scales = with_doubted_pixels(drop, find_scales(drop, radius, NO_RADIUS, ground), oblateness(sightings))
     first = next((item.fit for item in sightings if item.ok and item.fit is not None), None)
     zero = SurfaceRow(math.nan, math.nan, 0.0, math.nan, "no_edge")
     if first is not None:
