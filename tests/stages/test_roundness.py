@@ -34,6 +34,7 @@ def test_pixels_that_are_not_square_are_told_and_doubted(wider: float, caplog: p
 
 def test_a_round_sphere_and_one_that_rings_are_not(caplog: pytest.LogCaptureFixture) -> None:
     assert oblateness(sightings(np.ones(12))) == 0.0
+    assert oblateness(sightings(np.full(12, 1.004))) == 0.0  # moulded no better than that
     assert oblateness(sightings(1.0 + 0.02 * np.cos(np.arange(12) / 4.0))) == 0.0
     assert oblateness(sightings(np.full(3, 1.02))) == 0.0
     scales = Scales(1800.0, 1.0, 1850.0, 2.0, "diameter")
