@@ -17,11 +17,9 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 FEWEST, WHOLE_ARC = 4, 0.9
-LEAST, CLEARLY, STEADY = (
-    0.003,
-    5.0,
-    0.3,
-)  # of a stretch from 1: what counts, in uncertainties, and its changes in itself
+# how far a stretch must be from 1 (a moulded sphere may be out of round by a hundredth of its diameter), that in
+# standard uncertainties, and by which share of it it may change
+LEAST, CLEARLY, STEADY = 0.006, 5.0, 0.3
 
 
 def oblateness(sightings: Sequence[Sighting]) -> float:
