@@ -9,6 +9,7 @@ from pathlib import Path
 from wentry_cli.config.campaign import Drop
 from wentry_cli.runner.record import write_drop
 from wentry_cli.runner.twice import warn_of_twice
+from wentry_cli.tables import new_table, write_table
 
 
 def _measured(results: Path, drop: Drop, name: str, content: str, frames: tuple[int, int] | None = None) -> None:
@@ -19,6 +20,7 @@ def _measured(results: Path, drop: Drop, name: str, content: str, frames: tuple[
     write_drop(results, replace(drop, name=name, experiment=experiment))
     marks = {"recording side": f"sampled:{name} content:{content}"}
     (results / name / "stages.json").write_text(json.dumps({"ingest": {"fingerprint": marks}}))
+    write_table(results / name, "geometry", new_table("geometry", {"view": ["side"]}))
 
 
 def test_a_recording_under_two_names_is_told_with_what_to_do(drop: Drop, tmp_path: Path) -> None:
@@ -30,6 +32,8 @@ def test_a_recording_under_two_names_is_told_with_what_to_do(drop: Drop, tmp_pat
     assert told.startswith("mine and vid__mine were measured from the same recording")
     assert f"remove {results / 'vid__mine'} or the other" in told
     assert warn_of_twice(results, ("mine", "vid__other")) == []
+    (results / "mine" / "geometry.csv").unlink()  # it could not be measured
+    assert warn_of_twice(results) == []
 
 
 def test_two_drops_in_one_recording_are_two(drop: Drop, tmp_path: Path) -> None:

@@ -44,6 +44,18 @@ def test_a_top_view_at_the_wrong_time_is_told(soft: Path, tmp_path: Path, caplog
     change(soft, "top", offset_s=0.0)
 
 
+def test_a_sphere_that_spreads_long_after_its_impact_is_told(
+    soft: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The offset of a camera that was started by hand is not given."""
+    for offset, told in ((0.0, False), (0.009, True), (-0.006, True)):
+        change(soft, "top", offset_s=offset)
+        caplog.clear()
+        measure(soft, tmp_path / f"{offset}")
+        assert ("seen from above the sphere spreads" in caplog.text) is told, offset
+    change(soft, "top", offset_s=0.0)
+
+
 @pytest.mark.parametrize(
     ("scale", "told"),
     [

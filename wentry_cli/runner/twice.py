@@ -8,6 +8,7 @@ from wentry_cli.config.campaign import Drop
 from wentry_cli.errors import InputError
 from wentry_cli.records import STAGES, read_json
 from wentry_cli.runner.record import read_drops
+from wentry_cli.tables import has_table
 
 Part = tuple[str, object, object]
 
@@ -35,6 +36,8 @@ def warn_of_twice(results: Path, only: tuple[str, ...] = ()) -> list[str]:
 
 def _parts(results: Path, drop: Drop) -> set[Part]:
     """The parts of recordings that ``drop`` was measured from, each by a word on what its files hold."""
+    if not has_table(results / drop.name, "geometry"):
+        return set()  # it counts nowhere
     entry = read_json(results / drop.name / STAGES).get("ingest", {})
     marks = entry.get("fingerprint", {}) if isinstance(entry, dict) else {}
     found: set[Part] = set()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -46,6 +47,8 @@ SIDE_COLUMNS = ("t_s", "y_b_m", "y_b_m_unc", "stretch", "stretch_unc")
 SAID_SPEED_UNC = 0.04
 FEWEST_AT_REST = 3
 ANY_SPEED = (4.0, 2.0)
+CLOCK_FRAMES, CLEARLY = 6.0, 5.0  # frames and standard uncertainties, beyond which together the clocks differ
+logger = logging.getLogger(__name__)
 
 Radii = tuple[NDArray[np.float64], NDArray[np.float64]]
 
@@ -126,6 +129,8 @@ def _entry(drop: Drop, clip: Clip, side: SideResult | None, fits: dict[str, NDAr
     impact, speed = _side_impact(side), _said_speed(drop, side)
     if not math.isfinite(impact[0]):
         impact, speed = _own_impact(drop, clip.time_s, radii, speed)
+    elif drop.experiment.deformable:
+        _compare_clocks(drop, clip.time_s, radii[0], impact)
     t_s = clip.time_s - impact[0]
     fall = fall_height(t_s, speed, sphere.radius_m, impact_unc_s=impact[1])
     height, known = _height(side, clip.time_s, fall, sphere.radius_m)
@@ -140,6 +145,26 @@ def _entry(drop: Drop, clip: Clip, side: SideResult | None, fits: dict[str, NDAr
         diameter = sphere.diameter_m_unc / sphere.diameter_m
         scale = TopScale(found.px_m, math.hypot(found.unc_px_m, found.px_m * diameter), found.source)
     return Entry(impact, height, camera, scale)
+
+
+def _compare_clocks(
+    drop: Drop, time_s: NDArray[np.float64], radius_px: NDArray[np.float64], impact: tuple[float, float]
+) -> None:
+    """Warn where a soft sphere spreads, seen from above, clearly at another time than that of impact by the side view.
+
+    It spreads from the first frames after impact on; those that the splash hides tell it less well. Nothing is said
+    where the clip does not show the sphere before it spreads.
+    """
+    turn, unc = find_turn(time_s, radius_px)
+    late, frame = turn - impact[0], float(np.median(np.diff(time_s)))
+    before = np.count_nonzero(np.isfinite(radius_px) & (time_s < turn - frame))
+    if before < FEWEST_AT_REST or not abs(late) > CLOCK_FRAMES * frame + CLEARLY * math.hypot(unc, impact[1]):
+        return
+    when = "after" if late > 0 else "before"
+    logger.warning(
+        f"{drop.name}: seen from above the sphere spreads {1e3 * abs(late):.1f} ms {when} the moment of impact that "
+        "the side view shows: check offset_s and fps of views.top; what both views tell together is wrong until then"
+    )
 
 
 def _flight(drop: Drop, clip: Clip, side: SideResult | None, fits: dict[str, NDArray[np.float64]]) -> Entry:
