@@ -38,10 +38,9 @@ def without_lost_time(
     fall_px = drop.experiment.gravity_m_s2 * scale_px_m * float(np.median(between)) ** 2
     dry = since([item for item in good if not item.wet], clip.time_s, released_s)
     in_air = lost_in_fall(*_path(dry), fall_px)
-    for lost in in_air:
-        _tell(drop, lost, "what was seen in air before that is left out")
-    for lost in lost_in_water(*_path([item for item in good if item.wet])):
-        _tell(drop, lost, "until then all times after it are too early")
+    _tell(drop, in_air, "what was seen in air before that is left out")
+    in_water = lost_in_water(*_path([item for item in good if item.wet]))
+    _tell(drop, in_water, "until then all times after it are too early")
     first = in_air[-1].after if in_air else 0
     return [replace(item, status="gap") if item.ok and item.frame < first else item for item in sightings]
 
@@ -53,10 +52,15 @@ def _path(sightings: Sequence[Sighting]) -> tuple[Array, Array, Array]:
     return number, row, unc
 
 
-def _tell(drop: Drop, lost: LostFrames, until_then: str) -> None:
+def _tell(drop: Drop, losses: Sequence[LostFrames], until_then: str) -> None:
+    """Warn of the first loss, and of how many places are like it."""
+    if not losses:
+        return
+    lost = losses[0]
     missing = "a frame is" if lost.steps == 2 else f"{lost.steps - 1} frames are"
+    others = f", and so in {len(losses) - 1} places after that" if len(losses) > 1 else ""
     logger.warning(
         f"{drop.name}: between frames {lost.before} and {lost.after} the sphere moves as far as in {lost.steps} frames "
-        f"elsewhere: {missing} missing; number the frames as the camera did, or take the clip to one side of the gap "
-        f"with views.side.frames; {until_then}"
+        f"elsewhere: {missing} missing{others}; number the frames as the camera did, or take the clip to one side of "
+        f"the gap with views.side.frames; {until_then}"
     )

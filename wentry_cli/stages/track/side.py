@@ -39,7 +39,10 @@ from wentry_cli.tracking.wet_radius import pool_sightings
 if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
 
-NO_SPHERE = "no sphere was found in any frame: check {}source, roi_px, rotate, flip and polarity of views.side"
+NO_SPHERE = (
+    "no sphere was found in any frame: check {}source, roi_px, rotate, flip and polarity of views.side; one of less "
+    "than 10 px in radius is too small"
+)
 NOT_IN_AIR = (
     "a clip that starts when the sphere is at the surface or below it already is not measured, with or without "
     "views.side.background and scale_px_per_m: take it from where the sphere is seen whole in air"
