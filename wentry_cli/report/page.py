@@ -9,7 +9,7 @@ from importlib.resources import files
 
 from jinja2 import Environment
 
-from wentry_cli.report import run_tables, tabulation
+from wentry_cli.report import regressions, run_tables, tabulation
 from wentry_cli.report.campaign import Campaign
 from wentry_cli.report.drawing import Drawn
 from wentry_cli.report.light_limit import light_limit_table
@@ -63,7 +63,7 @@ def write_page(content: Content) -> str:
         drop_table=tabulation.drop_table(campaign),
         entry_table=tabulation.entry_table(campaign),
         flight_table=tabulation.flight_table(campaign),
-        regressions=tabulation.regression_table(campaign),
+        regressions=regressions.regression_table(campaign),
         calibrated=tabulation.material_table(campaign.materials),
         table_1=tabulation.material_table(campaign.table_1),
         statuses=run_tables.status_table(campaign),

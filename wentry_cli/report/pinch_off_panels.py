@@ -74,6 +74,8 @@ def pinch_off_effective(campaign: Campaign) -> Panel | NotDrawn:
         ax.plot(line, quoted["tp_u0_over_deff"], zorder=2, **QUOTED)
         lines: list[Line2D | Patch] = [Line2D([], [], label=f"paper: slope {PAPER_PINCH_OFF}", **QUOTED)]
         if not fitted.empty:
+            known = bool(fitted["tp_u0_over_deff_low"].notna().all())
+            label = "fit and its 95 % interval" if known else "fit"
             ax.fill_between(
                 line,
                 fitted["tp_u0_over_deff_low"],
@@ -83,7 +85,7 @@ def pinch_off_effective(campaign: Campaign) -> Panel | NotDrawn:
                 linewidth=0,
             )
             ax.plot(line, fitted["tp_u0_over_deff"], color=BLACK, linewidth=1.0, zorder=2)
-            lines.append(Line2D([], [], color=BLACK, linewidth=1.0, label="fit and its 95 % interval"))
+            lines.append(Line2D([], [], color=BLACK, linewidth=1.0, label=label))
         draw_points(ax, points, "froude_eff", "tp_u0_over_deff")
         _finish(ax, points, ("froude_eff", "tp_u0_over_deff"), lines)
         ax.set(xlabel=r"$U_0/\sqrt{gD_\mathrm{eff}}$", ylabel=r"$t_p U_0/D_\mathrm{eff}$")

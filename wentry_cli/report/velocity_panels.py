@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 
 from wentry_cli.report.campaign import Campaign, DropResults, as_number
 from wentry_cli.report.curves import Curve, conditions, grouped_points, mean_curve, measured
-from wentry_cli.report.fits import slope_text
+from wentry_cli.report.fits import exponent_text
 from wentry_cli.report.legends import (
     clear_limits,
     draw_points,
@@ -25,7 +25,6 @@ from wentry_cli.report.legends import (
     span_of,
     stiffness_handles,
 )  # fmt: skip
-from wentry_cli.report.numbers import with_uncertainty
 from wentry_cli.report.panel import NotDrawn, Panel, rows
 from wentry_cli.report.style import BLACK, GREEN, GREY, QUOTED, line_width, stiffness_shade
 
@@ -180,8 +179,6 @@ def velocity_change(campaign: Campaign) -> Panel | NotDrawn:
     def draw(figure: FigureBase) -> None:
         _draw_change(figure.subplots(), data, points)
 
-    value, unc = exponent, as_number(relation.get("exponent_unc"))
-    fit = f"exponent {with_uncertainty(value, unc)}" if math.isfinite(value) else slope_text(relation)
     caption = (
         "Velocity lost over the first period, ΔU/U₀, against G∞/(ρ_w U₀²). Solid: the scaling law with exponent −1/2 "
         "and "
@@ -189,7 +186,7 @@ def velocity_change(campaign: Campaign) -> Panel | NotDrawn:
         f"{PAPER_STRETCH_RANGE[1]} to {PAPER_STRETCH_RANGE[0]} (the paper states {PAPER_PREFACTOR[0]} to "
         f"{PAPER_PREFACTOR[1]}); "
         f"dotted: ΔU = U₀ and the ratio {PAPER_STIFFNESS_LIMIT} above which the law is expected. Own fit above it: "
-        f"{fit}."
+        f"{exponent_text(relation)}."
     )
     return Panel("7d", "fig_7d_velocity_change", title, caption, data, draw)
 
