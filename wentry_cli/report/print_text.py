@@ -79,10 +79,12 @@ def closing_lines(content: Content) -> Iterator[Line]:
         yield from [*_table(counts), _text("")] if counts.rows else []
         yield from _table(TextTable(("word", "meaning"), tuple(MEANINGS.items())))
     yield from heading("Uncertainties")
-    yield from _wrapped(UNCERTAINTIES)
+    for paragraph in UNCERTAINTIES:
+        yield from _wrapped(paragraph)
     yield from _titled("Stated uncertainty and the Cramér–Rao bound, medians over frames", light_limit_table(campaign))
     yield from _titled("Provenance", run_tables.provenance_table(campaign))
-    yield from _titled("Recordings", run_tables.input_table(campaign))
+    yield from _titled("Recordings", run_tables.recording_table(campaign))
+    yield from _titled("Identity of the recordings", run_tables.input_table(campaign))
 
 
 def heading(title: str) -> list[Line]:
