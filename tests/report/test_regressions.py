@@ -54,10 +54,10 @@ def test_a_power_law_has_the_interval_of_its_exponent(campaign: Campaign) -> Non
 
 def test_a_row_without_a_number_says_why(campaign: Campaign) -> None:
     none, bare = shown(campaign, NO_SLOPE, NO_INTERVAL, NOBODY)  # nothing bears on the last
-    assert none["slope"] == "– (2 drops in 2 conditions, 1 sphere; 5 drops are needed)"
+    assert none["slope"] == "– (too few: 5 drops needed)"
     assert (none["95 % interval"], none["paper"], none["left out"]) == ("–", "−0.5", "a: sphere_seal")
     assert bare["slope"] == "1.3"
-    assert bare["95 % interval"] == "– (too few for it: 6 drops in 1 condition, 1 sphere)"
+    assert bare["95 % interval"] == "– (too few groups)"
 
 
 def test_a_caption_counts_drops_conditions_and_spheres() -> None:

@@ -16,6 +16,7 @@ from wentry_cli.report.campaign import Campaign, DropResults, as_number
 from wentry_cli.report.curves import Curve, conditions, grouped_points, mean_curve, measured
 from wentry_cli.report.fits import exponent_text
 from wentry_cli.report.legends import (
+    ON_ANOTHER,
     clear_limits,
     draw_points,
     legend_above,
@@ -24,6 +25,7 @@ from wentry_cli.report.legends import (
     size_handles,
     span_of,
     stiffness_handles,
+    uncover,
 )  # fmt: skip
 from wentry_cli.report.panel import NotDrawn, Panel, rows
 from wentry_cli.report.style import BLACK, GREEN, GREY, QUOTED, line_width, stiffness_shade
@@ -186,7 +188,7 @@ def velocity_change(campaign: Campaign) -> Panel | NotDrawn:
         f"{PAPER_STRETCH_RANGE[1]} to {PAPER_STRETCH_RANGE[0]} (the paper states {PAPER_PREFACTOR[0]} to "
         f"{PAPER_PREFACTOR[1]}); "
         f"dotted: ΔU = U₀ and the ratio {PAPER_STIFFNESS_LIMIT} above which the law is expected. Own fit above it: "
-        f"{exponent_text(relation)}."
+        f"{exponent_text(relation)}.{ON_ANOTHER}"
     )
     return Panel("7d", "fig_7d_velocity_change", title, caption, data, draw)
 
@@ -218,6 +220,7 @@ def _draw_change(ax: Axes, data: pd.DataFrame, points: pd.DataFrame) -> None:
     ax.axvline(PAPER_STIFFNESS_LIMIT, **QUOTED)
     draw_points(ax, points, "stiffness_ratio", "delta_u_over_u0")
     clear_limits(ax, [0.1, 2.0, *points["stiffness_ratio"]], [0.3, 1.0, *points["delta_u_over_u0"]])
+    uncover(ax)
     ax.set(xlabel=r"$G_\infty/\rho_w U_0^2$", ylabel=r"$\Delta U/U_0$")
     plain_decades(ax.xaxis)
     plain_decades(ax.yaxis)
