@@ -199,14 +199,19 @@ relation | – | text | which regression
 x | – | text | abscissa
 y | – | text | ordinate
 slope | 1 | float ± | slope; of a power law its prefactor
-slope_low | 1 | float | lower end of the 95 % interval, the wider of two bootstraps: over drops, over spheres
+slope_low | 1 | float | lower end of the 95 % interval: Student's t on slope_unc (of a power law: on its logarithm)
 slope_high | 1 | float | upper end of it
 intercept | 1 | float | intercept | through the origin, or a power law
 ± | through the origin, or a power law
 exponent | 1 | float ± | exponent of a power law | all but a power law
+exponent_low | 1 | float | lower end of its 95 % interval | all but a power law
+exponent_high | 1 | float | upper end of it | all but a power law
+dof | 1 | float | degrees of freedom of the Student's t of slope, of a power law of exponent
 r_squared | 1 | float | share of the variance explained
 residual_scatter | 1 | float | standard deviation of the residuals
 n | 1 | int | number of drops
+n_conditions | 1 | int | number of conditions among them: repeats of one count once
+n_spheres | 1 | int | number of spheres among them: groups of the uncertainty, where there are more than parameters
 paper_value | 1 | float | the paper's value | not in the paper
 left_out | – | text | drops that the relation is about and that take no part, with the reason | none
 status | – | text | ok, or why something in this row is not measured

@@ -297,7 +297,9 @@ def scaling() -> dict[str, object]:
     return {"relation": names, "x": "x", "y": "y", "slope": [1.45, 1.16, 1.31, 1.28, 0.8], "slope_unc": 0.02,
             "slope_low": [1.41, 1.13, 1.26, 1.2, 0.7], "slope_high": [1.49, 1.19, 1.36, 1.37, 0.9],
             "intercept": [None, None, None, 0.1, None], "exponent": [None, None, None, None, -0.5],
-            "exponent_unc": [None, None, None, None, 0.03], "r_squared": 0.99, "residual_scatter": 0.02, "n": 5,
+            "exponent_unc": [None, None, None, None, 0.03],
+            "exponent_low": [None, None, None, None, -0.58], "exponent_high": [None, None, None, None, -0.42],
+            "dof": 3.2, "n_conditions": 4, "n_spheres": 3, "r_squared": 0.99, "residual_scatter": 0.02, "n": 5,
             "paper_value": [1.4, 1.2, 1.3, 1.3, -0.5], "status": "ok"}  # fmt: skip
 
 

@@ -58,6 +58,10 @@ def test_the_scale_bar_stands_out_from_any_ground(level: int | str) -> None:
     rows = slice(round(levels.shape[0] - bar.y1) - 3, round(levels.shape[0] - bar.y0) + 3)
     across = levels[rows, round(bar.x0) + 2 : round(bar.x1) - 2]
     assert np.ptp(across, axis=0).min() > 100.0  # along all of its length
+    (length,) = figure.axes[0].texts
+    assert length.get_text() == "20 mm"
+    assert figure.axes[0].bbox.contains(*length.get_window_extent().min)
+    assert figure.axes[0].bbox.contains(*length.get_window_extent().max)
 
 
 def test_the_region_of_a_strip_holds_every_outline_that_is_drawn(tmp_path: Path) -> None:

@@ -30,7 +30,7 @@ from wentry_cli.report.panels import campaign_panels, drop_panels
 from wentry_cli.report.pinch_off_panels import _numbers
 from wentry_cli.report.strip_frames import _chosen_rows
 from wentry_cli.report.style import GREEN, VERMILION, plain, stiffness_shade
-from wentry_cli.report.tabulation import drop_table, flight_table, regression_table
+from wentry_cli.report.tabulation import drop_table, flight_table
 from wentry_cli.report.theory import added_mass_prefactor, published_pinch_off_band, ring_model_pinch_off
 from wentry_cli.report.velocity_panels import speed_groups, with_gaps
 from wentry_cli.report.words import MEANINGS
@@ -472,16 +472,6 @@ def test_numbers_are_written_as_far_as_they_are_known(value: float, unc: float, 
 
 def test_a_number_with_fixed_decimals_has_a_true_minus_unless_it_rounds_to_zero() -> None:
     assert [fixed(value, 1) for value in (-0.4, -0.04, 0.04, 12.25)] == ["−0.4", "0.0", "0.0", "12.2"]
-
-
-def test_a_relation_without_a_slope_and_who_was_left_out_are_shown(campaign: Campaign) -> None:
-    few = {"relation": ["delta_u", "period_exp"], "x": "stiffness_ratio", "y": "delta_u_over_u0", "n": [2, 0],
-           "paper_value": -0.5, "left_out": ["a: sphere_seal", None], "status": "too_few"}  # fmt: skip
-    table = regression_table(replace(campaign, scaling=new_table("scaling", few)))
-    (row,) = table.rows  # nothing bears on the other
-    shown = dict(zip(table.header, row, strict=True))
-    wanted = {"relation": "loss of velocity", "slope": "–", "drops": "2", "paper": "−0.5", "left out": "a: sphere_seal"}
-    assert {name: shown[name] for name in wanted} == wanted
 
 
 def test_a_number_that_only_the_side_view_tells_says_that_there_is_none(campaign: Campaign) -> None:

@@ -172,6 +172,10 @@ def _read(folder: Path, name: str, problems: list[str]) -> pd.DataFrame:
         return empty
 
 
+PAPER_CASE = {"g_inf_pa": 6900.0, "diameter_m": 0.051, "impact_speed_m_s": 5.3}
+NEAREST = "nearest to the paper's case (G∞ = 6.9 kPa, D = 51 mm, U₀ = 5.3 m/s, deep seal)"
+
+
 def example_drop(drops: Iterable[DropResults], needed: str) -> DropResults | None:
     """Choose the drop that single-drop panels show: with the table ``needed``, nearest to the paper's case.
 
@@ -182,9 +186,8 @@ def example_drop(drops: Iterable[DropResults], needed: str) -> DropResults | Non
 
 
 def _distance_to_paper(drop: DropResults) -> tuple[float, str]:
-    aims = {"g_inf_pa": 6900.0, "diameter_m": 0.051, "impact_speed_m_s": 5.3}
     gap = 0.0 if drop.seal == "deep_seal" else 5.0
-    for column, aim in aims.items():
+    for column, aim in PAPER_CASE.items():
         value = drop.number(column)
         gap += abs(math.log(value / aim)) if math.isfinite(value) and value > 0 else 5.0
     return gap, drop.name

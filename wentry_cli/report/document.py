@@ -20,10 +20,11 @@ from wentry_cli.report.symbols import as_mathtext
 from wentry_cli.tables import replacing
 
 NO_METADATA = {"CreationDate": None, "ModDate": None, "Producer": None, "Creator": "wentry", "Title": "wentry report"}
-MARGINS = (0.055, 0.89, 0.055)
+MARGINS = (LEFT, RIGHT - LEFT, 1.0 - RIGHT)
 TOP_IN, FOOT_IN = 0.4, 0.4  # inches kept free
 USED = A4[1] - TOP_IN - FOOT_IN
 FOLLOWING = 2  # rows that go with a heading and the header of its table; of panels, one
+BETWEEN = 0.04  # two narrow panels, over the width of one
 SHRINK = 0.88  # three rows on a page
 CAPTION: Look = {"fontsize": 5.8, "color": "#444444", "va": "top", "linespacing": 1.25}
 FOOT: Look = {"fontsize": 6.0, "color": "#444444", "va": "bottom"}
@@ -133,7 +134,7 @@ def _page(items: Sequence[Item]) -> Figure:
             below = max(A4[1] - y - item.height, 0.01)
             grid = figure.add_gridspec(3, 3, height_ratios=(y, item.height, below), width_ratios=MARGINS)
             part = figure.add_subfigure(grid[1, 1])
-            cells = part.subfigures(1, 2 if _narrow(item.panels[0]) else 1, squeeze=False)[0]
+            cells = part.subfigures(1, 2 if _narrow(item.panels[0]) else 1, squeeze=False, wspace=BETWEEN)[0]
             for cell, drawn in zip(cells, item.panels, strict=False):
                 _panel_cell(cell, drawn, item.height)
         y += item.height
@@ -151,8 +152,8 @@ def _panel_cell(cell: SubFigure, drawn: Drawn, height: float) -> None:
     heights = [HEAD, max(height - HEAD - text, 0.5), text]
     head, body, foot = cell.subfigures(3, 1, height_ratios=heights, squeeze=False)[:, 0]
     name = f"{panel.key}  {panel.title}" if panel.key[0].isdigit() else panel.title
-    head.text(0.02, 0.25, as_mathtext(name), fontsize=8.5, fontweight="bold", va="bottom")
+    head.text(0.0, 0.25, as_mathtext(name), fontsize=8.5, fontweight="bold", va="bottom")
     panel.draw(body)
     for ax, place in zip(body.axes, drawn.places, strict=True):
         ax.set_position(place)
-    foot.text(0.02, 1.0 - 0.06 / text, "\n".join(map(as_mathtext, lines)), **CAPTION)
+    foot.text(0.0, 1.0 - 0.06 / text, "\n".join(map(as_mathtext, lines)), **CAPTION)

@@ -9,6 +9,7 @@ from functools import partial
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
+from matplotlib.lines import Line2D
 
 from wentry_cli.report.campaign import Campaign, DropResults
 from wentry_cli.report.curves import measured
@@ -16,10 +17,10 @@ from wentry_cli.report.legends import legend_above
 from wentry_cli.report.names import file_stem
 from wentry_cli.report.panel import NotDrawn, Panel
 from wentry_cli.report.stretch_curves import draw_stretch, measured_stretch, model_stretch
-from wentry_cli.report.style import BLACK, BLUE, GREEN, GREY, ORANGE
+from wentry_cli.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, WIDE_SIZE, Look
 from wentry_cli.report.velocity_panels import with_gaps
 
-Drawer = Callable[[Axes, pd.DataFrame], None]
+Drawer = Callable[[Axes, pd.DataFrame, float], None]
 POSITIONS = {"lowest point": BLUE, "separation line": GREEN, "centre of mass": BLACK}
 OUTERMOST = 0.005  # share of the values at either end that does not set an axis
 ROW_IN = 2.4  # inches; two sheets of two rows fill a page of the PDF
@@ -52,7 +53,7 @@ def _sheet(drop: DropResults) -> Panel | NotDrawn:
     if cut:
         caption += f" Single values of {' and '.join(cut)} lie beyond the axis."
     draw = partial(_draw_sheet, data=data, drawers=drawers, moments=[1e3 * t for t in moments])
-    size = (7.2, ROW_IN * math.ceil(len(parts) / _columns(len(parts))))
+    size = (WIDE_SIZE[0], ROW_IN * math.ceil(len(parts) / _columns(len(parts))))
     return Panel("sheet", f"drop_{file_stem(drop.name)}", title, caption, data, draw, size, drop.name)
 
 
@@ -86,8 +87,9 @@ def _caption(drop: DropResults, shown: dict[str, set[str]], pinch_off: bool) -> 
 def _draw_sheet(figure: FigureBase, data: pd.DataFrame, drawers: dict[str, Drawer], moments: list[float]) -> None:
     columns = _columns(len(drawers))
     axes = figure.subplots(math.ceil(len(drawers) / columns), columns, squeeze=False).ravel()
+    width_in = WIDE_SIZE[0] / columns
     for ax, (name, drawer) in zip(axes, drawers.items(), strict=False):
-        drawer(ax, data[data["part"] == name])
+        drawer(ax, data[data["part"] == name], width_in)
         for moment in moments:
             ax.axvline(moment, color=GREY, linewidth=0.8, linestyle=(0, (1, 1.6)), zorder=0)
         ax.set_xlabel("$t$ (ms)")
@@ -112,20 +114,24 @@ def _positions(drop: DropResults) -> pd.DataFrame:
     return pd.concat([table for table in tables if not table.empty] or tables[:1], ignore_index=True)
 
 
-def _draw_positions(ax: Axes, data: pd.DataFrame) -> None:
+def _draw_positions(ax: Axes, data: pd.DataFrame, width_in: float) -> None:
     ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
     for name, color in POSITIONS.items():
         shown = data[data["series"] == name]
         if not shown.empty:
-            ax.plot(shown["t_ms"], shown["y_mm"], ".", markersize=2.4, color=color, label=name)
+            # the separation line runs along the centre of mass and lies over it
+            above: Look = {"markersize": 1.2, "zorder": 3} if name == "separation line" else {"markersize": 2.8}
+            ax.plot(shown["t_ms"], shown["y_mm"], ".", color=color, label=name, **above)
     ax.set_ylabel("$y$ (mm)")
-    legend_above(ax, markerscale=2.5)
+    handles = [Line2D([], [], marker="o", linestyle="", markersize=3.5, color=POSITIONS[name], label=name)
+               for name in POSITIONS if bool((data["series"] == name).any())]  # fmt: skip
+    legend_above(ax, handles, width_in, handlelength=0.8)
 
 
-def _draw_stretch(ax: Axes, data: pd.DataFrame) -> None:
+def _draw_stretch(ax: Axes, data: pd.DataFrame, width_in: float) -> None:
     draw_stretch(ax, data)
     ax.set_ylabel(r"$\lambda$")
-    legend_above(ax)
+    legend_above(ax, width_in=width_in)
 
 
 def _motion(drop: DropResults, column: str) -> pd.DataFrame:
@@ -149,7 +155,7 @@ def _leaves_axis(data: pd.DataFrame) -> bool:
     return not data["value"].dropna().between(low - room, high + room).all()
 
 
-def _draw_motion(ax: Axes, data: pd.DataFrame, label: str) -> None:
+def _draw_motion(ax: Axes, data: pd.DataFrame, width_in: float, label: str) -> None:
     ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
     low, high, room = _span(data)
     for name, color in (("model stretch", ORANGE), ("measured stretch", BLACK)):
@@ -161,4 +167,4 @@ def _draw_motion(ax: Axes, data: pd.DataFrame, label: str) -> None:
         ax.plot(t, value, color=color, linewidth=1.0, label=name)
     ax.set(ylabel=label, ylim=(low - room, high + room))
     if len(set(data["series"])) > 1:
-        legend_above(ax)
+        legend_above(ax, width_in=width_in)

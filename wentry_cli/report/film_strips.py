@@ -12,6 +12,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 from matplotlib.patches import Ellipse, Rectangle
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from wentry_cli.errors import WentryError
@@ -191,3 +192,8 @@ def _scale_bar(ax: Axes, picture: NDArray[np.uint8], region: Region, scale: floa
     inner, outer = ("black", "white") if float(ground.mean()) > 127.0 else ("white", "black")
     ax.add_patch(Rectangle((left, top), width, thick, facecolor=outer, edgecolor=outer, linewidth=2 * EDGE_PT))
     ax.add_patch(Rectangle((left, top), width, thick, facecolor=inner, linewidth=0))
+    label = ax.annotate(
+        f"{length:g} mm", (left + width, top), (0.0, 1.2), textcoords="offset points", ha="right", va="bottom",
+        fontsize=5.5, color=inner,
+    )  # fmt: skip
+    label.set_path_effects([withStroke(linewidth=2 * EDGE_PT, foreground=outer)])

@@ -12,6 +12,7 @@ import pandas as pd
 from wentry_cli.report.campaign import as_number, as_text
 from wentry_cli.report.numbers import fixed
 from wentry_cli.report.words import MEANINGS
+from wentry_cli.scaling.regression import MINIMUM_POINTS
 
 
 def fit_rows(
@@ -33,11 +34,42 @@ def fit_rows(
 
 def slope_text(relation: Mapping[str, Any]) -> str:
     """Say a slope with its interval, or why there is none."""
-    slope, low, high = (as_number(relation.get(name)) for name in ("slope", "slope_low", "slope_high"))
-    if not math.isfinite(slope):
-        status = as_text(relation.get("status"))
-        return f"no slope, {MEANINGS.get(status, 'relation not fitted')}"
-    interval = (
-        f", 95 % interval {fixed(low, 3)} to {fixed(high, 3)}" if math.isfinite(low) and math.isfinite(high) else ""
-    )
-    return f"slope {fixed(slope, 3)}{interval}, {as_number(relation.get('n')):.0f} drops"
+    return _number_text(relation, "slope")
+
+
+def exponent_text(relation: Mapping[str, Any]) -> str:
+    """Say an exponent with its interval, or why there is none."""
+    return _number_text(relation, "exponent")
+
+
+def _number_text(relation: Mapping[str, Any], name: str) -> str:
+    value, low, high = (as_number(relation.get(key)) for key in (name, f"{name}_low", f"{name}_high"))
+    if not math.isfinite(value):
+        return f"no {name}, {why_nothing(relation) or 'relation not fitted'}"
+    if not (math.isfinite(low) and math.isfinite(high)):
+        why = why_nothing(relation)
+        return f"{name} {fixed(value, 3)}, 95 % interval not known ({why})" if why else f"{name} {fixed(value, 3)}"
+    return f"{name} {fixed(value, 3)}, 95 % interval {fixed(low, 3)} to {fixed(high, 3)}, {_counted(relation)}"
+
+
+def why_nothing(relation: Mapping[str, Any]) -> str:
+    """Why a relation lacks its slope or its interval, in words; empty where it lacks nothing."""
+    status, n = as_text(relation.get("status")), as_number(relation.get("n"))
+    if status != "too_few" or not math.isfinite(n):
+        return MEANINGS.get(status, "") if status != "ok" else ""
+    if n < MINIMUM_POINTS:
+        return f"{_counted(relation)}; {MINIMUM_POINTS} drops are needed"
+    alike = "" if math.isfinite(as_number(relation.get("slope"))) else ", hardly apart in x"
+    return f"too few for it: {_counted(relation)}{alike}"
+
+
+def _counted(relation: Mapping[str, Any]) -> str:
+    """``5 drops in 3 conditions, 2 spheres``, as far as the table counts them."""
+    n, conditions, spheres = (as_number(relation.get(name)) for name in ("n", "n_conditions", "n_spheres"))
+    told = _count(n, "drop")
+    told += f" in {_count(conditions, 'condition')}" if conditions > 0 else ""
+    return told + (f", {_count(spheres, 'sphere')}" if spheres > 0 else "")
+
+
+def _count(number: float, noun: str) -> str:
+    return f"{number:.0f} {noun}{'' if number == 1 else 's'}"

@@ -9,10 +9,10 @@ from matplotlib.lines import Line2D
 
 from wentry_cli.report.campaign import Campaign
 from wentry_cli.report.curves import conditions, mean_curve, measured
-from wentry_cli.report.legends import legend_above, size_handles
+from wentry_cli.report.legends import EDGE, legend_above, size_handles, stiffness_handles
 from wentry_cli.report.numbers import with_uncertainty
 from wentry_cli.report.panel import NotDrawn, Panel
-from wentry_cli.report.style import BLACK, BLUE, GREY, PANEL_SIZE, line_width, marker_size
+from wentry_cli.report.style import BLUE, GREY, PANEL_SIZE, line_width, marker_size, stiffness_shade
 from wentry_cli.report.velocity_panels import LATEST, with_gaps
 
 COLUMNS = ["t_mid_over_tp", "force_coefficient", "force_coefficient_unc"]
@@ -37,20 +37,22 @@ def force_coefficients(campaign: Campaign) -> Panel | NotDrawn:
             ax.plot(t, c, color=BLUE, linewidth=line_width(float(curve["diameter_m"].iloc[0])), zorder=2)
         for row in data[data["series"] == "period average"].to_dict("records"):
             ax.errorbar(
-                row[COLUMNS[0]], row[COLUMNS[1]], yerr=row[COLUMNS[2]], fmt="o", color=BLACK,
-                markersize=0.85 * marker_size(row["diameter_m"]), elinewidth=0.8, markeredgewidth=0.0, zorder=4,
+                row[COLUMNS[0]], row[COLUMNS[1]], yerr=row[COLUMNS[2]], fmt="o", elinewidth=0.8, zorder=4,
+                color=stiffness_shade(row["g_inf_pa"], False), markersize=marker_size(row["diameter_m"]), **EDGE,
             )  # fmt: skip
         latest = 1.04 * float(data["t_mid_over_tp"].max())
         ax.set(xlabel="$t/t_p$", ylabel=r"$\overline{C}_F,\ C_F$", xlim=(0, latest), ylim=(low, high))
         legend_above(ax, _handles(data))
 
     caption = (
-        "Coefficient of the net force against t/t_p, positive where the acceleration is upwards (ÿ_c > 0), against the "
-        "travel: averaged over each period of the deformable spheres (black symbols, by period), instantaneous for "
-        "rigid spheres (blue curves). Bars and bands: standard uncertainty, of repeated rigid drops the spread; no "
-        "curve where it exceeds the axis. The table behind the panel also has the hydrodynamic coefficient, with "
-        "weight and buoyancy taken out." + _cut(data)
+        "Coefficient of the net force, mass times acceleration, against t/t_p; positive where the acceleration is "
+        "upwards (ÿ_c > 0), against the travel. Symbols: deformable spheres, lighter is softer, over each period N: "
+        "C̄_F = ρ_s V ⟨ÿ_c⟩/(½ ρ_w ⟨ẏ_b⟩² A) with A = π (λ_pN D/2)², V = π D³/6 and ⟨ ⟩ the mean over the period. "
+        "Blue curves: rigid spheres, in each frame: C_F = ρ_s V ÿ_c/(½ ρ_w ẏ_c² A) with A = π D²/4. "
+        "Bars and bands: standard uncertainty, of repeated rigid drops the spread; no curve where it exceeds the axis. "
+        "The table behind the panel also has the hydrodynamic coefficient, with weight and buoyancy taken out."
     )
+    caption += _extremes(data) + _cut(data)
     return Panel("8", "fig_8_force_coefficient", TITLE, caption, data, draw, size=PANEL_SIZE)
 
 
@@ -65,7 +67,8 @@ def _period_averages(campaign: Campaign) -> list[pd.DataFrame]:
         if good.empty:
             continue
         kept = ["t_mid_over_tp", *[name for name in forces.columns if name.startswith("force_")], "period"]
-        tables.append(good[kept].assign(series="period average", drop=drop.name, diameter_m=drop.number("diameter_m")))
+        known = {"diameter_m": drop.number("diameter_m"), "g_inf_pa": drop.number("g_inf_pa"), "rigid": False}
+        tables.append(good[kept].assign(series="period average", drop=drop.name, **known))
     return tables
 
 
@@ -77,7 +80,8 @@ def _rigid_curves(campaign: Campaign) -> list[pd.DataFrame]:
         if curves:
             columns = dict(zip(COLUMNS, mean_curve(curves), strict=True))  # type: ignore[arg-type]
             name = " + ".join(drop.name for drop in group)
-            curve = pd.DataFrame(columns).assign(series="rigid", drop=name, diameter_m=group[0].number("diameter_m"))
+            size = group[0].number("diameter_m")
+            curve = pd.DataFrame(columns).assign(series="rigid", drop=name, diameter_m=size, rigid=True)
             tables.append(curve[(curve["t_mid_over_tp"] >= 0) & (curve["t_mid_over_tp"] <= LATEST)])
     return tables
 
@@ -120,12 +124,22 @@ def _cut(data: pd.DataFrame) -> str:
     return told
 
 
+def _extremes(data: pd.DataFrame) -> str:
+    """Name the drops of the highest and of the lowest symbol; empty for fewer than three."""
+    soft = data[data["series"] == "period average"].sort_values("force_coefficient", kind="stable")
+    if len(soft) < 3:
+        return ""
+    told = []
+    for word, place in (("Highest", -1), ("lowest", 0)):
+        row = soft.iloc[place]
+        told.append(f"{word} symbol: {row['drop']}, N = {row['period']:.0f}")
+    return f" {'; '.join(told)}."
+
+
 def _handles(data: pd.DataFrame) -> list[Line2D]:
-    handles = []
-    if bool((data["series"] == "period average").any()):
-        handles.append(
-            Line2D([], [], linestyle="", marker="o", markersize=4.5, color=BLACK, label="deformable, by period")
-        )
+    handles: list[Line2D] = []
+    soft = data[data["series"] == "period average"]
+    handles += stiffness_handles(soft) if len(soft) else []
     if bool((data["series"] == "rigid").any()):
         handles.append(Line2D([], [], color=BLUE, linewidth=1.2, label="rigid, instantaneous"))
     return [*handles, *size_handles(data)]

@@ -11,6 +11,7 @@ import pandas as pd
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
+from matplotlib.container import ErrorbarContainer
 from matplotlib.lines import Line2D
 from matplotlib.textpath import TextPath
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
@@ -32,6 +33,8 @@ SEAL_MARKS = {"sphere_seal": ("D", "sphere seal"), "surface_seal": ("s", "surfac
 EDGE: Look = {"markeredgecolor": "#222222", "markeredgewidth": 0.5}
 LETTERS_PT = 6.4  # size of the letters of a legend above the axes
 HANDLE = 2.0  # length of its lines, in letters
+COVERED = 0.7  # of the sum of two radii: nearer than that, one symbol hides the other
+ON_ANOTHER = " A symbol that lies on another is open."
 GAP = 1.0  # between its columns, in letters
 
 
@@ -137,6 +140,19 @@ def draw_points(ax: Axes, data: pd.DataFrame, x: str, y: str) -> None:
             zorder=4,
             **EDGE,
         )
+
+
+def uncover(ax: Axes) -> None:
+    """Draw a symbol of ``draw_points`` open where it lies on another; call it with the limits set."""
+    marks = [container.lines[0] for container in ax.containers if isinstance(container, ErrorbarContainer)]
+    marks = sorted((mark for mark in marks if mark is not None), key=lambda mark: -mark.get_markersize())
+    places = [ax.transData.transform(np.column_stack(mark.get_data()).astype(float))[0] for mark in marks]
+    dots = ax.figure.get_figure(root=True).dpi / 72.0
+    for number, (mark, place) in enumerate(zip(marks, places, strict=True)):
+        mark.set_zorder(4.0 + 1e-3 * number)  # small symbols lie on large ones
+        reach = [0.5 * COVERED * dots * (mark.get_markersize() + other.get_markersize()) for other in marks[:number]]
+        if any(math.dist(place, other) < far for other, far in zip(places, reach, strict=False)):
+            mark.set(markerfacecolor="none", markeredgecolor=mark.get_color(), markeredgewidth=1.2)
 
 
 def clear_limits(ax: Axes, x: Iterable[float], y: Iterable[float], pad: float = 0.12) -> None:

@@ -11,17 +11,19 @@ from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from wentry_cli.report.campaign import Campaign, DropResults, as_number, example_drop
+from wentry_cli.report.campaign import NEAREST, Campaign, DropResults, as_number, example_drop
 from wentry_cli.report.curves import grouped_points, measured
 from wentry_cli.report.fits import fit_rows, slope_text
 from wentry_cli.report.legends import (
     EDGE,
+    ON_ANOTHER,
     clear_limits,
     draw_points,
     legend_above,
     plain_decades,
     point_handles,
     size_handles,
+    uncover,
 )  # fmt: skip
 from wentry_cli.report.numbers import with_uncertainty
 from wentry_cli.report.panel import NotDrawn, Panel, rows
@@ -39,7 +41,6 @@ from wentry_cli.report.style import (
     Look,
     line_width,
     marker_size,
-    period_shade,
 )  # fmt: skip
 from wentry_cli.report.theory import (
     PAPER_PERIOD_EXPERIMENT,
@@ -90,6 +91,7 @@ def oscillation_period(campaign: Campaign) -> Panel | NotDrawn:
                 color="none", markeredgecolor=VERMILION, markeredgewidth=0.9, zorder=3,
             )  # fmt: skip
         ax.set(xlabel=r"$D/\sqrt{G_\infty/\rho_s}$ (ms)", ylabel="$T$ (ms)", xlim=(0, stop), ylim=(0, 1.55 * stop))
+        uncover(ax)
         legend_above(ax, _period_legend(data))
 
     caption = (
@@ -99,7 +101,7 @@ def oscillation_period(campaign: Campaign) -> Panel | NotDrawn:
         f"Bands, small oscillations: sphere in air {PERIOD_IN_AIR[0]:.2f} (G∞ + G_T, ellipsoid) to "
         f"{PERIOD_IN_AIR[1]:.2f} "
         f"(G∞, exact n = 2 mode); loaded by water {PERIOD_IN_WATER[0]:.2f} (half wetted, ellipsoid; an estimate) to "
-        f"{PERIOD_IN_WATER[1]:.2f} (wetted all round, exact)."
+        f"{PERIOD_IN_WATER[1]:.2f} (wetted all round, exact).{ON_ANOTHER}"
     )
     return Panel("4b", "fig_4b_period", title, caption, data, draw)
 
@@ -160,7 +162,7 @@ def _period_legend(data: pd.DataFrame) -> list[Line2D | Patch]:
 
 
 def stretch_peaks(campaign: Campaign) -> Panel | NotDrawn:
-    """Panel 4c: λ_pN against G∞/(ρ_w U₀²), shaded by N; lines through the peaks of the model."""
+    """Panel 4c: λ_pN against G∞/(ρ_w U₀²), coloured by N; lines through the peaks of the model."""
     title = "Peaks of the stretch"
     drops = [drop for drop in campaign.drops if drop.deformable_entry]
     found: list[dict[str, object]] = []
@@ -181,7 +183,7 @@ def stretch_peaks(campaign: Campaign) -> Panel | NotDrawn:
         for row in data[data["series"] == "experiment"].to_dict("records"):
             ax.errorbar(
                 row["stiffness_ratio"], row["stretch_peak"], yerr=row["stretch_peak_unc"], fmt="o", elinewidth=0.8,
-                color=period_shade(row["period"]), markersize=marker_size(row["diameter_m"]), zorder=4, **EDGE,
+                color=_period_color(row["period"]), markersize=marker_size(row["diameter_m"]), zorder=4, **EDGE,
             )  # fmt: skip
         ax.set(xlabel=r"$G_\infty/\rho_w U_0^2$", ylabel=r"$\lambda_{pN}$")
         clear_limits(ax, data["stiffness_ratio"], [1.0, *data["stretch_peak"]])
@@ -190,12 +192,17 @@ def stretch_peaks(campaign: Campaign) -> Panel | NotDrawn:
         legend_above(ax, _peak_legend(data), handlelength=2.6)
 
     caption = (
-        "Greatest stretch λ_pN of period N. Symbols: experiment; lines, of one material each, or dashes where it has "
-        "one drop: model, which starts from the measured first peak, so that it predicts from N = 2 on. Thin lines and "
-        "small symbols: small spheres; thick and large: large spheres. Bars: standard uncertainty, of repeated drops "
-        "the spread."
+        "Greatest stretch λ_pN of period N, a colour each. Symbols: experiment; lines, of one material each, or dashes "
+        "where it has one drop: model, which starts from the measured first peak, so that it predicts from N = 2 on. "
+        "Thin lines and small symbols: small spheres; thick and large: large spheres. Bars: standard uncertainty, of "
+        "repeated drops the spread."
     )
     return Panel("4c", "fig_4c_stretch_peaks", title, caption, data, draw)
+
+
+def _period_color(period: int) -> str:
+    """Black for the first peak, which the model starts from; then the colour of the model's line."""
+    return str(PERIOD_LINES[period]["color"]) if period in PERIOD_LINES else BLACK
 
 
 def _measured_peak(drop: DropResults, period: int) -> dict[str, float]:
@@ -234,7 +241,7 @@ def _peak_legend(data: pd.DataFrame) -> list[Line2D]:
     handles = []
     for n in sorted(set(data.loc[data["series"] == "experiment", "period"])):
         line = PERIOD_LINES[n] if n > 1 and n in lines else {"linestyle": "", "color": BLACK}
-        look: Look = {**line, "marker": "o", "markersize": 4.5, "markerfacecolor": period_shade(n), **EDGE}
+        look: Look = {**line, "marker": "o", "markersize": 4.5, "markerfacecolor": _period_color(n), **EDGE}
         handles.append(Line2D([], [], linewidth=1.2, label=f"$N$ = {n}", **look))
     if lines - {1}:
         handles.append(Line2D([], [], linewidth=1.2, label="lines: model", **PERIOD_LINES[2]))
@@ -267,7 +274,8 @@ def stretch_model(campaign: Campaign) -> Panel | NotDrawn:
         legend_above(ax)
 
     caption = (
-        f"Stretch of drop {drop.name}: measured (triangles), the viscoelastic model from its first peak on "
+        f"Stretch of drop {drop.name} (of those with λ and a model the {NEAREST}): measured (triangles), the "
+        "viscoelastic model from its first peak on "
         f"(dashed){scaled}"
     )
     return Panel("4d", "fig_4d_stretch_model", title, caption, data, draw, drop=drop.name)

@@ -9,7 +9,7 @@ from importlib.resources import files
 
 from jinja2 import Environment
 
-from wentry_cli.report import run_tables, tabulation
+from wentry_cli.report import regressions, run_tables, tabulation
 from wentry_cli.report.campaign import Campaign
 from wentry_cli.report.drawing import Drawn
 from wentry_cli.report.light_limit import light_limit_table
@@ -19,14 +19,16 @@ from wentry_cli.report.words import MEANINGS
 
 UNCERTAINTIES = (
     "Every ± and every column _unc is a standard uncertainty (k = 1): about two thirds of repeated measurements fall "
-    "within "
-    "it. It holds the noise of the images as the fits see it, carried through the definition of each number; "
-    "quantities "
-    "given by hand enter with the uncertainty given for them. Points of repeated drops show the mean with the sample "
-    "standard deviation of the repeats, never less than the uncertainty of the mean. Intervals of regressions are 95 % "
-    "bootstrap intervals. Not contained: that a real sphere is no exact ellipsoid, beyond what the residuals of the "
-    "fit "
-    "tell."
+    "within it. It holds the noise of the images as the fits see it, carried through the definition of each number; "
+    "quantities given by hand enter with the uncertainty given for them. Points of repeated drops show the mean with "
+    "the sample standard deviation of the repeats, never less than the uncertainty of the mean. Intervals of "
+    "regressions are 95 %, Student's t on the uncertainty beside them: spheres count, or conditions, not drops.",
+    "Common to all drops of a kind: whether a sphere rings about λ = 1 or about a mean of its own. It is one "
+    "uncertainty in the ends of all periods and in every ΔU/U₀, which may all be off to the same side; it does not "
+    "average out over drops.",
+    "Not contained: that a real sphere is no exact ellipsoid, beyond what the residuals of the fit tell; grey levels "
+    "that do not follow the light (the gamma of a recording), which move every outline; the diameter, where its "
+    "uncertainty is not stated; G∞, where the materials give it without one.",
 )
 
 
@@ -63,7 +65,7 @@ def write_page(content: Content) -> str:
         drop_table=tabulation.drop_table(campaign),
         entry_table=tabulation.entry_table(campaign),
         flight_table=tabulation.flight_table(campaign),
-        regressions=tabulation.regression_table(campaign),
+        regressions=regressions.regression_table(campaign),
         calibrated=tabulation.material_table(campaign.materials),
         table_1=tabulation.material_table(campaign.table_1),
         statuses=run_tables.status_table(campaign),
@@ -73,6 +75,7 @@ def write_page(content: Content) -> str:
         provenance=run_tables.provenance_table(campaign),
         uncertainties=UNCERTAINTIES,
         light=light_limit_table(campaign),
+        recordings=run_tables.recording_table(campaign),
         inputs=run_tables.input_table(campaign),
     )
     return html

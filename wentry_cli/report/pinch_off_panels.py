@@ -15,7 +15,7 @@ from matplotlib.patches import Patch
 from wentry_cli.report.campaign import Campaign, DropResults
 from wentry_cli.report.curves import grouped_points
 from wentry_cli.report.fits import fit_rows, slope_text
-from wentry_cli.report.legends import draw_points, legend_above, point_handles
+from wentry_cli.report.legends import ON_ANOTHER, draw_points, legend_above, point_handles, uncover
 from wentry_cli.report.panel import NotDrawn, Panel, rows
 from wentry_cli.report.style import BLACK, GREEN, QUOTED
 from wentry_cli.report.theory import PAPER_PINCH_OFF, PUBLISHED_BETA, published_pinch_off_band, ring_model_pinch_off
@@ -53,7 +53,7 @@ def pinch_off_diameter(campaign: Campaign) -> Panel | NotDrawn:
         "computed by this program (each ring born at radius D/2 with speed U₀/2, no deceleration, t from first "
         "contact), and the band of published prefactors "
         f"t_p √(g/R) = {PUBLISHED_BETA[0]} to {PUBLISHED_BETA[1]}. Bars: standard uncertainty, of repeated drops the "
-        "spread."
+        f"spread.{ON_ANOTHER}"
     )
     return Panel("6a", "fig_6a_pinch_off_d", title, caption, data, draw)
 
@@ -74,6 +74,8 @@ def pinch_off_effective(campaign: Campaign) -> Panel | NotDrawn:
         ax.plot(line, quoted["tp_u0_over_deff"], zorder=2, **QUOTED)
         lines: list[Line2D | Patch] = [Line2D([], [], label=f"paper: slope {PAPER_PINCH_OFF}", **QUOTED)]
         if not fitted.empty:
+            known = bool(fitted["tp_u0_over_deff_low"].notna().all())
+            label = "fit and its 95 % interval" if known else "fit"
             ax.fill_between(
                 line,
                 fitted["tp_u0_over_deff_low"],
@@ -83,7 +85,7 @@ def pinch_off_effective(campaign: Campaign) -> Panel | NotDrawn:
                 linewidth=0,
             )
             ax.plot(line, fitted["tp_u0_over_deff"], color=BLACK, linewidth=1.0, zorder=2)
-            lines.append(Line2D([], [], color=BLACK, linewidth=1.0, label="fit and its 95 % interval"))
+            lines.append(Line2D([], [], color=BLACK, linewidth=1.0, label=label))
         draw_points(ax, points, "froude_eff", "tp_u0_over_deff")
         _finish(ax, points, ("froude_eff", "tp_u0_over_deff"), lines)
         ax.set(xlabel=r"$U_0/\sqrt{gD_\mathrm{eff}}$", ylabel=r"$t_p U_0/D_\mathrm{eff}$")
@@ -130,4 +132,5 @@ def _size_relative(drop: DropResults) -> float:
 def _finish(ax: Axes, points: pd.DataFrame, names: tuple[str, str], lines: list[Line2D | Patch]) -> None:
     x, y = (float(points[name].max()) for name in names)
     ax.set(xlim=(0, 1.12 * x), ylim=(0, 1.12 * max(y, 1.3 * x)))
+    uncover(ax)
     legend_above(ax, [*point_handles(points), *lines])

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import zip_longest
 
-from wentry_cli.report import run_tables, tabulation
+from wentry_cli.report import regressions, run_tables, tabulation
 from wentry_cli.report.letters import lines_within, width_em
 from wentry_cli.report.light_limit import light_limit_table
 from wentry_cli.report.page import UNCERTAINTIES, Content, headline, page_title
@@ -53,7 +53,7 @@ def number_lines(content: Content) -> Iterator[Line]:
         ("Drops: value ± standard uncertainty (k = 1); a dash is not measured", tabulation.drop_table(campaign)),
         ("Pinch-off and loss of velocity", tabulation.entry_table(campaign)),
         ("Free flight: velocity in the middle of the clip, acceleration", tabulation.flight_table(campaign)),
-        ("Regressions", tabulation.regression_table(campaign)),
+        ("Regressions", regressions.regression_table(campaign)),
         ("Materials, calibrated", tabulation.material_table(campaign.materials)),
         ("Materials, used by the model", tabulation.material_table(campaign.table_1)),
     ):
@@ -79,10 +79,12 @@ def closing_lines(content: Content) -> Iterator[Line]:
         yield from [*_table(counts), _text("")] if counts.rows else []
         yield from _table(TextTable(("word", "meaning"), tuple(MEANINGS.items())))
     yield from heading("Uncertainties")
-    yield from _wrapped(UNCERTAINTIES)
+    for paragraph in UNCERTAINTIES:
+        yield from _wrapped(paragraph)
     yield from _titled("Stated uncertainty and the Cramér–Rao bound, medians over frames", light_limit_table(campaign))
     yield from _titled("Provenance", run_tables.provenance_table(campaign))
-    yield from _titled("Recordings", run_tables.input_table(campaign))
+    yield from _titled("Recordings", run_tables.recording_table(campaign))
+    yield from _titled("Identity of the recordings", run_tables.input_table(campaign))
 
 
 def heading(title: str) -> list[Line]:

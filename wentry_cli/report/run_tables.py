@@ -7,8 +7,8 @@ from typing import Any
 
 from wentry_cli.pipeline import CAMPAIGN_STAGES, STAGES, CampaignStage, Stage
 from wentry_cli.provenance import digest_of
-from wentry_cli.report.campaign import Campaign, DropResults, as_text
-from wentry_cli.report.numbers import DASH
+from wentry_cli.report.campaign import Campaign, DropResults, as_number, as_text
+from wentry_cli.report.numbers import DASH, with_uncertainty
 from wentry_cli.report.tabulation import TextTable
 
 
@@ -71,17 +71,57 @@ def provenance_table(campaign: Campaign) -> TextTable:
     return TextTable(("what", "value"), tuple(rows))
 
 
+GEOMETRY_NUMBERS = (
+    "fps", "exposure_s", "scale_px_per_m", "scale_px_per_m_unc", "scale_water_px_per_m", "scale_water_px_per_m_unc",
+)  # fmt: skip
+RECORDING_COLUMNS = (
+    "drop, view", "frames", "rate (1/s)", "exposure (µs)", "px/mm, air", "px/mm, water", "rate from", "scale from",
+)  # fmt: skip
+
+
+def recording_table(campaign: Campaign) -> TextTable:
+    """How each drop and view was filmed: frames, rate, exposure and scale."""
+    rows = [(f"{drop.name}, {view}", *_taken(drop, view, found)) for drop, view, found in _views(campaign)]
+    return TextTable(RECORDING_COLUMNS, tuple(rows))
+
+
 def input_table(campaign: Campaign) -> TextTable:
     """What was read for each drop and view: the source, the identity of the recording, the configuration's hash."""
     rows = []
+    for drop, view, found in _views(campaign):
+        identity = _mark(drop, f"recording {view}") or DASH
+        rows.append((drop.name, view, as_text(found.get("source")), identity, digest_of(dict(drop.configuration))))
+    return TextTable(("drop", "view", "source", "identity of the recording", "hash of the configuration"), tuple(rows))
+
+
+def _views(campaign: Campaign) -> Iterator[tuple[DropResults, str, Mapping[str, Any]]]:
+    """Every view of every drop with its part of the configuration."""
     for drop in campaign.drops:
         views = drop.configuration.get("views")
         for view, found in sorted((views if isinstance(views, Mapping) else {}).items()):
             if isinstance(found, Mapping):
-                identity = _mark(drop, f"recording {view}") or DASH
-                source = as_text(found.get("source"))
-                rows.append((drop.name, view, source, identity, digest_of(dict(drop.configuration))))
-    return TextTable(("drop", "view", "source", "identity of the recording", "hash of the configuration"), tuple(rows))
+                yield drop, str(view), found
+
+
+def _taken(drop: DropResults, view: str, configured: Mapping[str, Any]) -> tuple[str, ...]:
+    """Frames, rate, exposure and scales of a view as geometry.csv has them; before it exists, as configured."""
+    table = drop.table("geometry")
+    found = table[table["view"] == view].to_dict("records")
+    row: Mapping[Any, Any] = found[0] if found else configured
+    number = {name: as_number(row.get(name)) for name in GEOMETRY_NUMBERS}
+    frames = int((drop.table("frames")["view"] == view).sum())
+    scales = [
+        with_uncertainty(1e-3 * number[name], 1e-3 * number[f"{name}_unc"])
+        for name in ("scale_px_per_m", "scale_water_px_per_m")
+    ]
+    return (
+        str(frames) if frames else DASH,
+        with_uncertainty(number["fps"], digits=6),
+        with_uncertainty(1e6 * number["exposure_s"]),
+        *scales,
+        as_text(row.get("fps_source")) or DASH,
+        as_text(row.get("scale_source")) or DASH,
+    )
 
 
 def _mark(drop: DropResults, key: str) -> str:

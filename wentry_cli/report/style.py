@@ -101,12 +101,6 @@ def line_width(diameter_m: float) -> float:
     return THICK if is_large(diameter_m) else THIN
 
 
-def period_shade(period: int) -> str:
-    """Grey of the period number N: black for the first, lighter for the later ones."""
-    level = (0.0, 0.38, 0.6, 0.76, 0.88)[min(max(period, 1), 5) - 1]
-    return f"#{round(255 * level):02x}" + f"{round(255 * level):02x}" * 2
-
-
 def plain(text: str) -> str:
     """Make text from outside (names of drops, status words) safe to draw: no mathematics, no control characters."""
     shown = text.encode("utf-8", "replace").decode("utf-8")

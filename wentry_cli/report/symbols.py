@@ -9,7 +9,7 @@ from markupsafe import Markup, escape
 from wentry_cli.report.style import plain
 
 # Whole symbols of the report's own texts only: a name like g6p70_d51 stays as it is.
-INDEXED = re.compile(r"(?<!\w)(C̄|[tDTGCλρyẏÿ])_(eff|exp|model|pN|p\d?|[wsbcmFT])(?!\w)")
+INDEXED = re.compile(r"(?<!\w)(C̄|[tDTGCλρyẏÿ])_(eff|exp|model|pN|p\d?|[wsbcmFT])(?![^\W²])")
 LONG = re.compile(r"(?<=\S{24})(?=\S{8})")
 LETTERS = {"ẏ": r"\dot{y}", "ÿ": r"\ddot{y}", "C̄": r"\bar{C}", "λ": r"\lambda", "ρ": r"\rho"}
 

@@ -1,15 +1,14 @@
-"""The tables of the report as rows of text: drops, regressions, materials."""
+"""The tables of the report as rows of text: drops, materials."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import pandas as pd
 
 from wentry_cli.report.campaign import Campaign, DropResults, as_number, as_text
-from wentry_cli.report.numbers import DASH, fixed, or_reason, with_uncertainty
+from wentry_cli.report.numbers import DASH, or_reason, with_uncertainty
 
 
 @dataclass(frozen=True)
@@ -118,74 +117,6 @@ def _filled(columns: Columns, drops: list[DropResults]) -> TextTable:
     kept = [place for place in range(len(columns)) if any(row[place] not in {"", DASH} for row in rows)]
     header = tuple(columns)
     return TextTable(tuple(header[i] for i in kept), tuple(tuple(row[i] for i in kept) for row in rows))
-
-
-RELATIONS = {
-    "period_exp": "period, measured",
-    "period_model": "period, model",
-    "pinch_off_d": "pinch-off, D",
-    "pinch_off_deff": "pinch-off, D_eff",
-    "pinch_off_deff_froude": "pinch-off, D_eff on Fr",
-    "delta_u": "loss of velocity",
-}
-QUANTITIES = {
-    "elastic_time_s": "D/√(G∞/ρ_s)",
-    "period_s": "T",
-    "period_model_s": "T",
-    "froude": "Fr",
-    "froude_eff": "U₀/√(g D_eff)",
-    "tp_u0_over_d": "t_p U₀/D",
-    "tp_u0_over_deff": "t_p U₀/D_eff",
-    "stiffness_ratio": "G∞/(ρ_w U₀²)",
-    "delta_u_over_u0": "ΔU/U₀",
-}
-
-
-def _relation_name(key: str) -> str:
-    name = key.removesuffix("_intercept")
-    return RELATIONS.get(name, name) + (", intercept free" if name != key else "")
-
-
-def regression_table(campaign: Campaign) -> TextTable:
-    """Every relation that any drop bears on: slope or exponent with its interval, the paper's value, who is left out.
-
-    One without enough drops for a slope has dashes and its status.
-    """
-    header = (
-        "relation",
-        "y on x",
-        "slope",
-        "95 % interval",
-        "intercept",
-        "exponent",
-        "R²",
-        "scatter",
-        "drops",
-        "paper",
-        "status",
-        "left out",
-    )
-    rows = []
-    for row in campaign.scaling.to_dict("records"):
-        number = {
-            name: as_number(row[name]) for name in row if name not in {"relation", "x", "y", "left_out", "status"}
-        }
-        left_out = as_text(row["left_out"])
-        if math.isnan(number["slope"]) and not (number["n"] > 0 or left_out):
-            continue
-        axes = [as_text(row[name]) for name in ("y", "x")]
-        interval = f"{fixed(number['slope_low'], 3)} to {fixed(number['slope_high'], 3)}"
-        rows.append((
-            _relation_name(as_text(row["relation"])), " on ".join(QUANTITIES.get(key, key) for key in axes),
-            with_uncertainty(number["slope"], number["slope_unc"]),
-            interval if number["slope_low"] == number["slope_low"] else DASH,
-            with_uncertainty(number["intercept"], number["intercept_unc"]),
-            with_uncertainty(number["exponent"], number["exponent_unc"]),
-            with_uncertainty(number["r_squared"]), with_uncertainty(number["residual_scatter"], digits=2),
-            with_uncertainty(number["n"]), with_uncertainty(number["paper_value"]), as_text(row["status"]),
-            left_out or DASH,
-        ))  # fmt: skip
-    return TextTable(header, tuple(rows))
 
 
 MATERIAL_COLUMNS = {

@@ -14,8 +14,9 @@ from matplotlib.lines import Line2D
 
 from wentry_cli.report.campaign import Campaign, DropResults, as_number
 from wentry_cli.report.curves import Curve, conditions, grouped_points, mean_curve, measured
-from wentry_cli.report.fits import slope_text
+from wentry_cli.report.fits import exponent_text
 from wentry_cli.report.legends import (
+    ON_ANOTHER,
     clear_limits,
     draw_points,
     legend_above,
@@ -24,8 +25,8 @@ from wentry_cli.report.legends import (
     size_handles,
     span_of,
     stiffness_handles,
+    uncover,
 )  # fmt: skip
-from wentry_cli.report.numbers import with_uncertainty
 from wentry_cli.report.panel import NotDrawn, Panel, rows
 from wentry_cli.report.style import BLACK, GREEN, GREY, QUOTED, line_width, stiffness_shade
 
@@ -180,8 +181,6 @@ def velocity_change(campaign: Campaign) -> Panel | NotDrawn:
     def draw(figure: FigureBase) -> None:
         _draw_change(figure.subplots(), data, points)
 
-    value, unc = exponent, as_number(relation.get("exponent_unc"))
-    fit = f"exponent {with_uncertainty(value, unc)}" if math.isfinite(value) else slope_text(relation)
     caption = (
         "Velocity lost over the first period, ΔU/U₀, against G∞/(ρ_w U₀²). Solid: the scaling law with exponent −1/2 "
         "and "
@@ -189,7 +188,7 @@ def velocity_change(campaign: Campaign) -> Panel | NotDrawn:
         f"{PAPER_STRETCH_RANGE[1]} to {PAPER_STRETCH_RANGE[0]} (the paper states {PAPER_PREFACTOR[0]} to "
         f"{PAPER_PREFACTOR[1]}); "
         f"dotted: ΔU = U₀ and the ratio {PAPER_STIFFNESS_LIMIT} above which the law is expected. Own fit above it: "
-        f"{fit}."
+        f"{exponent_text(relation)}.{ON_ANOTHER}"
     )
     return Panel("7d", "fig_7d_velocity_change", title, caption, data, draw)
 
@@ -221,6 +220,7 @@ def _draw_change(ax: Axes, data: pd.DataFrame, points: pd.DataFrame) -> None:
     ax.axvline(PAPER_STIFFNESS_LIMIT, **QUOTED)
     draw_points(ax, points, "stiffness_ratio", "delta_u_over_u0")
     clear_limits(ax, [0.1, 2.0, *points["stiffness_ratio"]], [0.3, 1.0, *points["delta_u_over_u0"]])
+    uncover(ax)
     ax.set(xlabel=r"$G_\infty/\rho_w U_0^2$", ylabel=r"$\Delta U/U_0$")
     plain_decades(ax.xaxis)
     plain_decades(ax.yaxis)

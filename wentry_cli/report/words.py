@@ -1,7 +1,7 @@
 """What the status words mean, in a line each."""
 
 MEANINGS = {
-    "ok": "every value of the row is measured",
+    "ok": "measured: every cell of the row is filled, but those that docs/tables.md lets be empty",
     "no_object": "no sphere was found in the frame",
     "no_edge": "the outline could not be located",
     "short_arc": "too little of the outline is visible",

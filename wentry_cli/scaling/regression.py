@@ -1,7 +1,7 @@
-"""Regressions over drops: through the origin, with an intercept, as a power law; intervals by the bootstrap.
+"""Regressions over drops: through the origin, with an intercept, as a power law; intervals by Student's t.
 
-Two bootstraps are drawn, over drops and over spheres (drops of one sphere share its material, so that they are not
-independent); the reported interval is the wider of the two at each end.
+Drops of one sphere share its material and repeats of one condition share everything, so that they are not independent:
+the uncertainty counts spheres, or conditions where there are not more spheres than parameters.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.scaling.grouped import Parameter, fit_parameters
+
 Array = NDArray[np.float64]
+Labels = NDArray[np.int64]
 MINIMUM_POINTS = 5
-RESAMPLES = 2000
-LEAST_DRAWS = 100
-CONFIDENCE = 0.95
-ONE_SIGMA = (15.87, 84.13)
+WORST_CONDITION = 1e5  # of the design; beyond it the points hardly differ in x
 
 
 @dataclass(frozen=True)
@@ -24,8 +24,9 @@ class Regression:
     """A line y = slope x (+ intercept) or a power law y = slope x^exponent; NaN where a number does not apply.
 
     ``slope_low`` and ``slope_high`` hold 95 %, for a power law those of the prefactor; the interval of the exponent is
-    ``exponent_low`` to ``exponent_high``. ``residual_scatter`` is a standard deviation, of ln y for a power law.
-    ``status`` is ok or too_few (fewer than five points: no number).
+    ``exponent_low`` to ``exponent_high``. ``dof`` are the degrees of freedom behind the interval of the slope, of a
+    power law that of the exponent. ``residual_scatter`` is a standard deviation, of ln y for a power law. ``status`` is
+    ok or too_few: fewer than five points give no number, no more groups than parameters no uncertainty.
     """
 
     slope: float
@@ -38,83 +39,111 @@ class Regression:
     exponent_unc: float
     exponent_low: float
     exponent_high: float
+    dof: float
     r_squared: float
     residual_scatter: float
     n: int
+    n_conditions: int
+    n_spheres: int
     status: str
 
 
-def fit_line(
-    x: Array, y: Array, spheres: NDArray[np.int64], random: np.random.Generator, *, intercept: bool = False
-) -> Regression:
-    """Least squares line through (x, y), n points (NaN left out), with ``spheres`` naming the sphere of each.
+@dataclass(frozen=True)
+class Points:
+    """Drops to be fitted: abscissa, ordinate, and the numbers of the sphere and of the condition of each."""
 
-    Through the origin unless ``intercept``; ``r_squared`` is then the share of Σ(y − ȳ)² explained, as with one.
+    x: Array
+    y: Array
+    spheres: Labels
+    conditions: Labels
+
+    def only(self, keep: NDArray[np.bool_]) -> Points:
+        """Return the points that ``keep`` marks."""
+        return Points(self.x[keep], self.y[keep], self.spheres[keep], self.conditions[keep])
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many points, conditions and spheres there are."""
+        return {
+            "n": int(self.x.size),
+            "n_conditions": int(np.unique(self.conditions).size),
+            "n_spheres": int(np.unique(self.spheres).size),
+        }
+
+
+def fit_line(points: Points, *, intercept: bool = False) -> Regression:
+    """Least squares line through the points (NaN left out), through the origin unless ``intercept``.
+
+    ``r_squared`` is the share of Σ(y − ȳ)² explained in both cases.
     """
-    keep = np.isfinite(x) & np.isfinite(y)
-    x, y, spheres = x[keep], y[keep], spheres[keep]
-    if x.size < MINIMUM_POINTS or np.ptp(x) == 0.0:
-        return _nothing(x.size)
+    points = points.only(np.isfinite(points.x) & np.isfinite(points.y))
+    x = points.x
     design = np.stack([x, np.ones_like(x)], axis=1) if intercept else x[:, None]
-    fitted = _solve(design, y)
-    draws = _bootstrap(design, y, spheres, random)
-    if not draws:
-        return _nothing(x.size)
-    low, high, spread = _interval(draws, 0)
-    scatter, share = _scatter(design, y, fitted)
-    return Regression(
-        slope=float(fitted[0]),
-        slope_unc=spread,
-        slope_low=low,
-        slope_high=high,
-        intercept=float(fitted[1]) if intercept else np.nan,
-        intercept_unc=_interval(draws, 1)[2] if intercept else np.nan,
-        exponent=np.nan,
-        exponent_unc=np.nan,
-        exponent_low=np.nan,
-        exponent_high=np.nan,
-        r_squared=share,
-        residual_scatter=scatter,
-        n=int(x.size),
-        status="ok",
-    )
+    found = _fit(points, design)
+    if found is None:
+        return _nothing(points)
+    slope, offset = found[0], found[1] if intercept else NOT_FITTED
+    return _regression(points, design, found, slope=slope, offset=offset, exponent=NOT_FITTED)
 
 
-def fit_power_law(x: Array, y: Array, spheres: NDArray[np.int64], random: np.random.Generator) -> Regression:
+def fit_power_law(points: Points) -> Regression:
     """Least squares of ln y = ln(prefactor) + exponent ln x; points that are not positive are left out."""
-    keep = np.isfinite(x) & np.isfinite(y)
-    keep[keep] = (x[keep] > 0.0) & (y[keep] > 0.0)
-    logs, values, spheres = np.log(x[keep]), np.log(y[keep]), spheres[keep]
-    if logs.size < MINIMUM_POINTS or np.ptp(logs) == 0.0:
-        return _nothing(logs.size)
-    design = np.stack([np.ones_like(logs), logs], axis=1)
-    fitted = _solve(design, values)
-    draws = _bootstrap(design, values, spheres, random)
-    if not draws:
-        return _nothing(logs.size)
-    low, high, spread = _interval(draws, 0)
-    steep_low, steep_high, steep_spread = _interval(draws, 1)
-    scatter, share = _scatter(design, values, fitted)
+    positive = (points.x > 0.0) & (points.y > 0.0) & np.isfinite(points.x) & np.isfinite(points.y)
+    points = points.only(positive)
+    logs = Points(np.log(points.x), np.log(points.y), points.spheres, points.conditions)
+    design = np.stack([np.ones_like(logs.x), logs.x], axis=1)
+    found = _fit(logs, design)
+    if found is None:
+        return _nothing(points)
+    log, exponent = found
+    factor = float(np.exp(log.value))
+    slope = Parameter(factor, factor * log.unc, float(np.exp(log.low)), float(np.exp(log.high)), log.dof)
+    return _regression(logs, design, found, slope=slope, offset=NOT_FITTED, exponent=exponent)
+
+
+NOT_FITTED = Parameter(np.nan, np.nan, np.nan, np.nan, np.nan)
+
+
+def _fit(points: Points, design: Array) -> list[Parameter] | None:
+    """Parameters of the columns of ``design``; None for too few points, or points that hardly differ in x."""
+    x = points.x
+    if x.size < MINIMUM_POINTS or np.ptp(x) == 0.0:
+        return None
+    if np.linalg.cond(design / np.linalg.norm(design, axis=0)) > WORST_CONDITION:
+        return None
+    return fit_parameters(design, points.y, _groups(points, design.shape[1]))
+
+
+def _groups(points: Points, parameters: int) -> Labels:
+    """What errs together: the drops of a sphere; where that leaves too few groups, the repeats of a condition.
+
+    Conditions do not help where x is the sphere's own, as D/√(G∞/ρ_s) is: they repeat it.
+    """
+    few = np.unique(points.spheres).size <= parameters
+    return points.conditions if few and np.unique(points.x).size > parameters else points.spheres
+
+
+def _regression(
+    points: Points, design: Array, found: list[Parameter], *, slope: Parameter, offset: Parameter, exponent: Parameter
+) -> Regression:
+    scatter, share = _scatter(design, points.y, np.array([parameter.value for parameter in found]))
     return Regression(
-        slope=float(np.exp(fitted[0])),
-        slope_unc=float(np.exp(fitted[0])) * spread,
-        slope_low=float(np.exp(low)),
-        slope_high=float(np.exp(high)),
-        intercept=np.nan,
-        intercept_unc=np.nan,
-        exponent=float(fitted[1]),
-        exponent_unc=steep_spread,
-        exponent_low=steep_low,
-        exponent_high=steep_high,
+        slope=slope.value,
+        slope_unc=slope.unc,
+        slope_low=slope.low,
+        slope_high=slope.high,
+        intercept=offset.value,
+        intercept_unc=offset.unc,
+        exponent=exponent.value,
+        exponent_unc=exponent.unc,
+        exponent_low=exponent.low,
+        exponent_high=exponent.high,
+        dof=slope.dof if exponent is NOT_FITTED else exponent.dof,
         r_squared=share,
         residual_scatter=scatter,
-        n=int(logs.size),
-        status="ok",
+        **points.counts,
+        status="ok" if all(np.isfinite(parameter.unc) for parameter in found) else "too_few",
     )
-
-
-def _solve(design: Array, y: Array) -> Array:
-    return np.asarray(np.linalg.lstsq(design, y, rcond=None)[0], dtype=float)
 
 
 def _scatter(design: Array, y: Array, fitted: Array) -> tuple[float, float]:
@@ -125,42 +154,6 @@ def _scatter(design: Array, y: Array, fitted: Array) -> tuple[float, float]:
     return scatter, 1.0 - float(np.sum(residual**2)) / total if total > 0.0 else np.nan
 
 
-def _bootstrap(design: Array, y: Array, spheres: NDArray[np.int64], random: np.random.Generator) -> list[Array]:
-    """Parameters of resampled sets, (draws, parameters): over drops and over spheres.
-
-    A way of drawing of which hardly a set has any spread in x is left out; where both are, nothing is known.
-    """
-    groups = [np.flatnonzero(spheres == s) for s in np.unique(spheres)]
-    single = [np.array([i]) for i in range(y.size)]
-    both = (_draws(design, y, single, random), _draws(design, y, groups, random))
-    return [draws for draws in both if draws.shape[0] > LEAST_DRAWS]
-
-
-def _draws(design: Array, y: Array, groups: list[NDArray[np.int64]], random: np.random.Generator) -> Array:
-    """Weighted normal equations: a resampled set is a count for each group."""
-    count, k = len(groups), design.shape[1]
-    normal = np.array([design[g].T @ design[g] for g in groups]).reshape(count, k * k)
-    right = np.array([design[g].T @ y[g] for g in groups])
-    weights = random.multinomial(count, np.full(count, 1.0 / count), size=RESAMPLES)
-    matrices = (weights @ normal).reshape(-1, k, k)
-    vectors = weights @ right
-    # a draw of one sphere alone may have no spread in x and then says nothing about a slope
-    regular = np.linalg.cond(matrices) < 1e10
-    return np.asarray(np.linalg.solve(matrices[regular], vectors[regular][..., None])[..., 0], dtype=float)
-
-
-def _interval(draws: list[Array], column: int) -> tuple[float, float, float]:
-    """The wider of the percentile intervals at each end, and the greater half width of the central 68 %.
-
-    A few resamples with hardly any spread in x throw their slopes far out; a standard deviation would tell only those.
-    """
-    tail = 50.0 * (1.0 - CONFIDENCE)
-    sets = [d[:, column] for d in draws]
-    lows = [float(np.percentile(s, tail)) for s in sets]
-    highs = [float(np.percentile(s, 100.0 - tail)) for s in sets]
-    return min(lows), max(highs), max(float(np.diff(np.percentile(s, ONE_SIGMA))[0]) / 2 for s in sets)
-
-
-def _nothing(n: int) -> Regression:
+def _nothing(points: Points) -> Regression:
     nan = float("nan")
-    return Regression(nan, nan, nan, nan, nan, nan, nan, nan, nan, nan, nan, nan, int(n), "too_few")
+    return Regression(*(nan,) * 13, **points.counts, status="too_few")

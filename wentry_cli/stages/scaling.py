@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.scaling.dimensionless import elastic_time
-from wentry_cli.scaling.regression import Regression, fit_line, fit_power_law
+from wentry_cli.scaling.regression import Points, Regression, fit_line, fit_power_law
 from wentry_cli.stages.inputs.columns import column
 from wentry_cli.stages.summary import summary_of
 from wentry_cli.tables import new_table, write_table
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
 
 Array = NDArray[np.float64]
-SEED = 20_170
 SOFTEST = 0.2  # below this stiffness ratio the paper's ΔU/U₀ goes to 1 and follows no power law
 OTHER_SEALS = ("sphere_seal", "surface_seal")  # they close by another way than a neck at depth
 
@@ -62,7 +61,7 @@ def scaling_table(summary: pd.DataFrame) -> pd.DataFrame:
     """Return ``scaling.csv`` of a campaign from its ``summary.csv``."""
     values, reasons = _values(summary), _reasons(summary)
     names = summary["drop"].to_numpy(dtype=str)
-    _, spheres = np.unique(summary["sphere_id"].fillna("").to_numpy(dtype=str), return_inverse=True)
+    spheres, conditions = _labels(summary)
     rows = []
     for relation in (*LINES, LOSS):
         x, y = values[relation.x], values[relation.y]
@@ -70,13 +69,21 @@ def scaling_table(summary: pd.DataFrame) -> pd.DataFrame:
         why = reasons[relation.y]
         out = "; ".join(f"{names[i]}: {why[i]}" for i in np.flatnonzero(~known) if why[i])
         for intercept in (False,) if relation.power_law else (False, True):
-            random = np.random.default_rng(SEED)
-            if relation.power_law:
-                found = fit_power_law(x, y, spheres, random)
-            else:
-                found = fit_line(x, y, spheres, random, intercept=intercept)
+            points = Points(x, y, spheres, conditions)
+            found = fit_power_law(points) if relation.power_law else fit_line(points, intercept=intercept)
             rows.append(_row(relation, found, "_intercept" if intercept else "") | {"left_out": out or None})
     return new_table("scaling", {name: [row[name] for row in rows] for name in rows[0]})
+
+
+def _labels(summary: pd.DataFrame) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Numbers of the sphere and of the condition of each drop; one without a condition is a condition of its own."""
+    spheres = summary["sphere_id"].fillna("").to_numpy(dtype=str)
+    conditions = summary["condition"].fillna("").to_numpy(dtype=str)
+    names = summary["drop"].to_numpy(dtype=str)
+    # a slash stands in no name, so that a drop is never taken for a condition
+    repeats = [f"{c}/{s}" if c else n for n, s, c in zip(names, spheres, conditions, strict=True)]
+    by_sphere, by_condition = (np.unique(labels, return_inverse=True)[1] for labels in (spheres, np.array(repeats)))
+    return by_sphere.astype(np.int64), by_condition.astype(np.int64)
 
 
 def _flags(summary: pd.DataFrame) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
@@ -143,9 +150,14 @@ def _row(relation: Relation, found: Regression, suffix: str) -> dict[str, Any]:
         "intercept_unc": found.intercept_unc,
         "exponent": found.exponent,
         "exponent_unc": found.exponent_unc,
+        "exponent_low": found.exponent_low,
+        "exponent_high": found.exponent_high,
+        "dof": found.dof,
         "r_squared": found.r_squared,
         "residual_scatter": found.residual_scatter,
         "n": found.n,
+        "n_conditions": found.n_conditions,
+        "n_spheres": found.n_spheres,
         "paper_value": relation.paper_value,
         "status": found.status,
     }
