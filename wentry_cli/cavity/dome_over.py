@@ -77,18 +77,29 @@ def find_rim_closure(t_s: Floats, width: Floats) -> DomeOver:
     least = float(np.nanmin(width[widest:]))
     if least > CLOSED_RIM * width[widest]:
         return DomeOver(np.nan, np.nan, "clip_ended")
+    if _leaps(width[widest:], least):
+        return DomeOver(np.nan, np.nan, "poor_fit")
     end = widest + int(np.flatnonzero(width[widest:] <= 1.15 * least)[0]) + STEADY
     tip = float(np.nanmedian(width[widest:end][-STEADY:]))
     return find_dome_over(t_s[widest:end], np.maximum(width[widest:end] - tip, 0.0) ** 2)
 
 
+def _leaps(width: Floats, least: float) -> bool:
+    """Whether the rim goes from open to closed, of its greatest width (the first), from one sample to the next."""
+    opening = (width[np.isfinite(width)] - least) / (width[0] - least)
+    closed = int(np.flatnonzero(opening < CLOSED)[0])
+    return bool(opening[closed - 1] > OPEN)
+
+
 def _closure(time: Floats, opening: Floats, first: int, last: int) -> DomeOver:
-    """Zero of a line through the opening while it closes; between two frames where it closes within one."""
+    """Zero of a line through the opening while it closes.
+
+    Where too few samples show it close, it is the first closed one, as uncertain as the time since the last open one.
+    """
     part = slice(first, last + 2)
     use = (opening[part] > FITTED[0]) & (opening[part] < FITTED[1])
     if use.sum() < 3:
-        half = 0.5 * float(time[last] - time[first])
-        return DomeOver(float(time[last]), max(half, 0.0), "ok")
+        return DomeOver(float(time[last]), max(float(time[last] - time[first]), 0.0), "ok")
     design = np.stack([np.ones(int(use.sum())), time[part][use] - time[last]], axis=1)
     solution, *_ = np.linalg.lstsq(design, opening[part][use], rcond=None)
     if not solution[1] < 0.0:
