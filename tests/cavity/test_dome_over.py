@@ -61,6 +61,13 @@ def test_rim_in_the_side_view_closes_before_its_tip_broadens() -> None:
     found = find_rim_closure(T, rim(0.0113))
     assert found.status == "ok"
     assert found.t_s == pytest.approx(0.0113, abs=4e-4)
+    assert found.t_unc_s > 2.8e-4  # half a frame, and what is not known of the tip's 20 px
+
+
+def test_jets_that_hide_a_rim_for_some_frames_do_not_close_it() -> None:
+    width = rim(0.0113)
+    width[[9, 13, 14, 17]] = 24.0
+    assert find_rim_closure(T, width).t_s == pytest.approx(0.0113, abs=7e-4)
 
 
 def test_a_rim_that_leaps_from_open_to_closed_is_refused() -> None:

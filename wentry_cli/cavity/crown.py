@@ -17,7 +17,7 @@ Ints = NDArray[np.int32]
 FAINTEST = 0.2  # of the ground: the film of the crown is translucent
 RIM_ROWS = (1, 4)  # below the row where the wall ends: the rim, without the row that blur makes
 LOWEST_RIM_PX = 4
-JETS, LEAP_ROWS = 0.5, 2  # share of a row that jets fill at most; rows over which blur spreads the end of the wall
+JETS, LEAP_ROWS = 0.6, 2  # share of a row that jets fill at most; rows over which blur spreads the end of the wall
 STEEPEST = 6  # px by which a leaning wall widens from row to row, both sides together
 
 
@@ -105,13 +105,22 @@ def _rows_of_part(runs: tuple[Ints, Ints, Ints, Ints], part: int, shape: tuple[i
 def _rim_row(dark: Ints, top: int) -> int:
     """The row in which the wall of the crown ends: above it jets fill little of a row; ``top`` is its highest row.
 
-    At the rim more than twice as much of a row is ``dark`` (rows,) as before, and it grows faster than a wall leans. Of
-    several such rows it is the one where it grows most. What lies beyond the patch (``top`` 0) is as its first row.
+    There far more of a row becomes ``dark`` (rows,), and faster than a wall leans. The tips of jets may do that too, so
+    of several such places, each some rows long, it is the one where most is gained. What lies beyond the patch
+    (``top`` 0) is as its first row.
     """
-    rim, most = top, STEEPEST * (LEAP_ROWS - 1)
+    rim, most = top, 0
+    start, last, base = top, -LEAP_ROWS - 1, 0
+    beyond = dark[0] if top == 0 else 0
     for line in range(top, dark.size):
-        above = dark[max(line - LEAP_ROWS, 0)] if top == 0 or line - LEAP_ROWS >= top else 0
-        grows = dark[line] - above
-        if above < JETS * dark[line] and grows > most + STEEPEST:
-            rim, most = line, grows
+        above = dark[line - LEAP_ROWS] if line - LEAP_ROWS >= top else beyond
+        if above >= JETS * dark[line] or dark[line] - above <= STEEPEST * LEAP_ROWS:
+            continue
+        if line - last > LEAP_ROWS:
+            base, start = above, max(line - LEAP_ROWS + 1, top)
+            while dark[start] - base <= STEEPEST:
+                start += 1
+        last = line
+        if dark[line] - base > most:
+            rim, most = start, dark[line] - base
     return rim
