@@ -28,6 +28,7 @@ class Drawing:
     core: float = 0.6
     core_level: float = 0.85
     noise: float = 0.02
+    blur: float = 0.95  # of the lens, px
     lamps: tuple[tuple[float, float, float, float], ...] = ()  # column, row, radius, level: inside the core
     bubbles: tuple[tuple[float, float, float], ...] = ()  # column, row, radius: outside
     shape: tuple[int, int] = (300, 300)
@@ -55,7 +56,7 @@ class Drawing:
         image[ball] = 0.05
         image[np.abs(y - self.surface) < 2.0] = 0.3
         coarse = image.reshape(rows, FINE, columns, FINE).mean(axis=(1, 3))
-        blurred = cv2.GaussianBlur(coarse.astype(np.float32), (0, 0), 0.95)
+        blurred = cv2.GaussianBlur(coarse.astype(np.float32), (0, 0), self.blur)
         noise = np.random.default_rng(seed).normal(0.0, self.noise, blurred.shape)
         return Patch((blurred + noise).astype(np.float32))
 

@@ -31,6 +31,24 @@ def test_width_and_height_of_the_rim(rim: float, droplet: bool) -> None:
     assert found.top_y_px == pytest.approx(10.0 + 119.0 - 60.0, abs=1.0)
 
 
+JETS = {"on both ends": (-52, 50), "one group": (12, 19, 26), "many": (-55, -40, -22, -3, 9, 31, 47)}
+
+
+@pytest.mark.parametrize("film", [0.15, 0.5])
+@pytest.mark.parametrize("name", JETS)
+def test_jets_on_a_ragged_crown_are_not_its_rim(name: str, film: float) -> None:
+    patch = crown(120.0, height=60)
+    image = np.where(patch.values < 0.8, patch.values - 0.5 + film, patch.values)
+    for order, at in enumerate(JETS["many"]):
+        image[119 - 60 - 4 - order % 3 : 119 - 60, 100 + at : 100 + at + 5] = film
+    for order, at in enumerate(JETS[name]):
+        image[119 - 60 - 22 - order : 119 - 60, 100 + at : 100 + at + 5] = film
+    found = find_rim(Patch(image, x0=40, y0=10, noise_floor=0.02), 140.0)
+    assert found.status == "ok"
+    assert found.width_px == pytest.approx(120.0, abs=3.0)
+    assert found.top_y_px == pytest.approx(10.0 + 119.0 - 60.0, abs=2.0)
+
+
 def test_nothing_over_the_axis_is_no_edge() -> None:
     for patch, axis in (
         (Patch(np.ones((50, 80), np.float32)), 40.0),

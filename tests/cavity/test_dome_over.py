@@ -34,6 +34,7 @@ def test_a_crown_that_closes_between_two_frames() -> None:
     found = find_dome_over(T, levels(0.0103, speed=9e4))
     assert found.status == "ok"
     assert found.t_s == pytest.approx(0.0103, abs=5e-4)
+    assert found.t_unc_s == pytest.approx(5e-4)
 
 
 def test_what_cannot_be_seen_has_a_status() -> None:
@@ -60,6 +61,20 @@ def test_rim_in_the_side_view_closes_before_its_tip_broadens() -> None:
     found = find_rim_closure(T, rim(0.0113))
     assert found.status == "ok"
     assert found.t_s == pytest.approx(0.0113, abs=4e-4)
+    assert found.t_unc_s > 2.8e-4  # half a frame, and what is not known of the tip's 20 px
+
+
+def test_jets_that_hide_a_rim_for_some_frames_do_not_close_it() -> None:
+    width = rim(0.0113)
+    width[[9, 13, 14, 17]] = 24.0
+    assert find_rim_closure(T, width).t_s == pytest.approx(0.0113, abs=7e-4)
+
+
+def test_a_rim_that_leaps_from_open_to_closed_is_refused() -> None:
+    width = np.where(T < 0.0098, 179.0, 19.0) + np.random.default_rng(1).normal(0.0, 1.0, T.size)
+    found = find_rim_closure(T, width)
+    assert found.status == "poor_fit"
+    assert np.isnan([found.t_s, found.t_unc_s]).all()
 
 
 def test_a_rim_that_stays_open_or_was_not_seen() -> None:

@@ -102,6 +102,18 @@ def test_noiseless_power_law_is_recovered_exactly() -> None:
     assert fit.exponent == pytest.approx(0.55, abs=2e-3)
 
 
+def test_a_ring_under_pressure_is_recovered_exactly() -> None:
+    """Half a percent of a frame, without noise: the law itself has no bias where the ring has fallen back for long."""
+    time = np.arange(45.0)
+    for closure in (33.1, 33.6):
+        left = np.maximum(closure - time[:, None] - np.linspace(-0.25, 0.25, 801), 0.0)
+        radius = ring(7.0, 0.012)(left).mean(axis=1)
+        fit = fit_closure(time, radius, 1e-3, exposure_s=0.5, min_radius=1.5, last_time_s=time[-1])
+        assert fit.t_s == pytest.approx(closure, abs=5e-3)
+        assert fit.exponent == pytest.approx(0.5, abs=5e-3)
+        assert fit.curvature_1_s == pytest.approx(-0.006, abs=5e-4)
+
+
 def test_unit_of_length_and_origin_of_time_do_not_matter() -> None:
     time, radius = simulate(LAWS["ring"], 33.4, 0.5, np.random.default_rng(3))
     plain = fit_closure(time, radius, NOISE, exposure_s=0.5, min_radius=1.5)

@@ -90,6 +90,34 @@ def test_thin_necks_are_right_where_blur_hides_the_walls(drawing, radius: float)
     assert abs(np.mean(errors)) < 0.1
 
 
+@pytest.mark.parametrize("blur", [1.0, 1.5, 2.0])
+@pytest.mark.parametrize("radius", [4.0, 7.0, 12.0])
+def test_blur_draws_no_curved_neck_outward(drawing, blur: float, radius: float) -> None:
+    errors, blurs, doubts = [], [], []
+    for seed in range(4):
+        middle = 135.0 + 0.27 * seed
+        picture = drawing(lambda y, at=middle: np.minimum(np.hypot(radius, y - at), 60.0), blur=blur, core_level=0.06)
+        profile = measure(picture, seed)
+        found = find_necks(profile.y_px, profile.width_px, edge_unc_px=profile.edge_unc_px, blur_px=profile.blur_px)
+        (near,) = [item for item in found if abs(item.y_px - middle) < 5.0]
+        errors.append(near.radius_px - radius)
+        doubts.append(near.radius_unc_px)
+        blurs.append(profile.blur_px)
+    assert np.mean(blurs) == pytest.approx(np.hypot(blur, 12.0**-0.5), rel=0.06)
+    assert abs(np.mean(errors)) < max(0.05, 2.0 * np.mean(doubts))
+
+
+@pytest.mark.parametrize("blur", [0.8, 1.5, 2.0])
+def test_walls_that_are_thin_for_their_blur_are_told_by_their_light(drawing, blur: float) -> None:
+    errors = []
+    for seed in range(4):
+        picture = drawing(lambda y: np.hypot(8.0, 0.3 * (y - 135.0)), blur=blur, axis=150.0 + seed / 4)
+        profile = measure(picture, seed)
+        row = int(np.flatnonzero(profile.y_px == 135.0)[0])
+        errors.append(0.5 * float(np.mean(profile.width_px[row - 2 : row + 3])) - 8.0)
+    assert abs(np.mean(errors)) < 0.1
+
+
 def test_rows_where_the_cavity_has_closed_have_no_width(drawing) -> None:
     def parted(y: Floats) -> Floats:
         return np.where((y > 120.0) & (y < 150.0), 0.0, waist(y))

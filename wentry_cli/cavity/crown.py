@@ -15,13 +15,15 @@ from wentry_cli.imaging.patch import Patch
 Ints = NDArray[np.int32]
 
 FAINTEST = 0.2  # of the ground: the film of the crown is translucent
-RIM_ROWS = (1, 4)  # below the highest row: the rim, without the row that blur makes
+RIM_ROWS = (1, 4)  # below the row where the wall ends: the rim, without the row that blur makes
 LOWEST_RIM_PX = 4
+JETS, LEAP_ROWS = 0.6, 2  # share of a row that jets fill at most; rows over which blur spreads the end of the wall
+STEEPEST = 6  # px by which a leaning wall widens from row to row, both sides together
 
 
 @dataclass(frozen=True)
 class Rim:
-    """Width of the crown at its rim, px, and its highest row in the full frame; NaN unless ``status`` is ``ok``.
+    """Width of the crown at its rim, px, and the row of the rim in the full frame; NaN unless ``status`` is ``ok``.
 
     ``no_edge``: no crown stands over the axis; ``out_of_frame``: it reaches beyond the patch.
     """
@@ -35,12 +37,13 @@ def find_rim(patch: Patch, axis_x_px: float) -> Rim:
     """Find the rim of the crown.
 
     ``patch`` shows what lies above the surface, its last row just above the surface band; the crown is the dark
-    component that stands on that row and crosses the axis. Droplets above it are other components.
+    component that stands on that row and crosses the axis. Droplets above it are other components; jets that rise from
+    it belong to it, but its rim is where its wall ends.
     """
     level = 1.0 - max(FAINTEST, 5.0 * patch.noise_floor)
     parts = find_dark_parts(patch.values, level, diagonal=False)
     runs = (parts.row, parts.first, parts.last, parts.label)
-    width, top = _rim_of_crown(runs, parts.boxes, round(axis_x_px) - patch.x0, parts.shape[0])
+    width, top = _rim_of_crown(runs, parts.boxes, round(axis_x_px) - patch.x0, parts.shape)
     if top < 0:
         return Rim(float("nan"), float("nan"), "no_edge")
     if top == 0:
@@ -49,12 +52,11 @@ def find_rim(patch: Patch, axis_x_px: float) -> Rim:
 
 
 @compiled
-def _rim_of_crown(runs: tuple[Ints, Ints, Ints, Ints], boxes: Ints, axis: int, rows: int) -> tuple[float, int]:
-    """Width of the rim of the largest part that stands on the last rows and crosses ``axis``, and its highest row.
-
-    −1 where there is none.
-    """
-    row, first, last, label = runs
+def _rim_of_crown(
+    runs: tuple[Ints, Ints, Ints, Ints], boxes: Ints, axis: int, shape: tuple[int, int]
+) -> tuple[float, int]:
+    """Width and row of the rim of the largest part that stands on the last rows and crosses ``axis``; −1 for none."""
+    row, label, rows = runs[0], runs[3], shape[0]
     standing = np.zeros(boxes.shape[0], np.bool_)
     for run in range(row.size):
         if row[run] >= rows - 3:
@@ -68,13 +70,57 @@ def _rim_of_crown(runs: tuple[Ints, Ints, Ints, Ints], boxes: Ints, axis: int, r
             best = part
     if best < 0:
         return np.nan, -1
+    across, dark = _rows_of_part(runs, best, shape)
+    top = _rim_row(dark, boxes[best, 1])
     spans, count = np.empty(RIM_ROWS[1] - RIM_ROWS[0]), 0
-    for line in range(RIM_ROWS[0], RIM_ROWS[1]):
-        left, right = -1, -1
-        for run in range(row.size):
-            if label[run] == best and row[run] == boxes[best, 1] + line:
-                left, right = first[run] if left < 0 else left, last[run]
-        if left >= 0:
-            spans[count] = right - left + 1
+    for line in range(top + RIM_ROWS[0], min(top + RIM_ROWS[1], rows)):
+        if across[line] > 0:
+            spans[count] = across[line]
             count += 1
-    return median_of(spans, count), boxes[best, 1]
+    return median_of(spans, count), top
+
+
+@compiled
+def _rows_of_part(runs: tuple[Ints, Ints, Ints, Ints], part: int, shape: tuple[int, int]) -> tuple[Ints, Ints]:
+    """How far ``part`` reaches across each row, and how much of the row is dark between: px, (rows,) each.
+
+    Both are 0 from the first row on in which it reaches both sides of the patch, as the surface does.
+    """
+    row, first, last, label = runs
+    left, across, dark = np.zeros(shape[0], np.int32), np.zeros(shape[0], np.int32), np.zeros(shape[0], np.int32)
+    for run in range(row.size):
+        line = row[run]
+        if label[run] == part:
+            left[line] = first[run] if dark[line] == 0 else left[line]
+            across[line] = last[run] - left[line] + 1
+            dark[line] += last[run] - first[run] + 1
+    for line in range(shape[0]):
+        if across[line] == shape[1]:
+            across[line:], dark[line:] = 0, 0
+            break
+    return across, dark
+
+
+@compiled
+def _rim_row(dark: Ints, top: int) -> int:
+    """The row in which the wall of the crown ends: above it jets fill little of a row; ``top`` is its highest row.
+
+    There far more of a row becomes ``dark`` (rows,), and faster than a wall leans. The tips of jets may do that too, so
+    of several such places, each some rows long, it is the one where most is gained. What lies beyond the patch
+    (``top`` 0) is as its first row.
+    """
+    rim, most = top, 0
+    start, last, base = top, -LEAP_ROWS - 1, 0
+    beyond = dark[0] if top == 0 else 0
+    for line in range(top, dark.size):
+        above = dark[line - LEAP_ROWS] if line - LEAP_ROWS >= top else beyond
+        if above >= JETS * dark[line] or dark[line] - above <= STEEPEST * LEAP_ROWS:
+            continue
+        if line - last > LEAP_ROWS:
+            base, start = above, max(line - LEAP_ROWS + 1, top)
+            while dark[start] - base <= STEEPEST:
+                start += 1
+        last = line
+        if dark[line] - base > most:
+            rim, most = start, dark[line] - base
+    return rim

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,7 +69,9 @@ def find_rim_closure(t_s: Floats, width: Floats) -> DomeOver:
     """Find when the rim of the crown has closed, from its width in the side view (n,), NaN where it was not seen.
 
     After the closure the dome sinks and its tip broadens again: only what lies between the greatest width and the
-    least counts. The tip itself has some width just below its highest row, which is taken off.
+    least counts. The tip itself has some width just below its highest row, which is taken off: how much of it an open
+    rim has is anywhere between none and all, and the uncertainty holds that. A rim is a wall that moves: one that is
+    wide in a frame and closed in the next was another thing, and is refused (``poor_fit``).
     """
     if not np.isfinite(width).any():
         return DomeOver(np.nan, np.nan, "no_edge")
@@ -78,17 +80,41 @@ def find_rim_closure(t_s: Floats, width: Floats) -> DomeOver:
     if least > CLOSED_RIM * width[widest]:
         return DomeOver(np.nan, np.nan, "clip_ended")
     end = widest + int(np.flatnonzero(width[widest:] <= 1.15 * least)[0]) + STEADY
-    tip = float(np.nanmedian(width[widest:end][-STEADY:]))
-    return find_dome_over(t_s[widest:end], np.maximum(width[widest:end] - tip, 0.0) ** 2)
+    closing = _without_reopening(width[widest:end])
+    tip = float(np.nanmedian(closing[-STEADY:]))
+    if _leaps(closing, tip):
+        return DomeOver(np.nan, np.nan, "poor_fit")
+    time, opening = t_s[widest:end], np.maximum(closing - tip, 0.0)
+    over = find_dome_over(time, opening**2)
+    if over.status != "ok":
+        return over
+    half = float(time[np.flatnonzero(opening > 0.5 * opening[0])[-1]])
+    per_px = max(over.t_s - half, 0.0) / (0.5 * float(opening[0]))
+    return replace(over, t_unc_s=float(np.hypot(over.t_unc_s, per_px * tip / np.sqrt(12.0))))
+
+
+def _without_reopening(width: Floats) -> Floats:
+    """The width (n,), nowhere less than later on: jets may hide a rim, and one that closes does not open."""
+    later = np.fmax.accumulate(width[::-1])[::-1]
+    return np.where(np.isfinite(width), later, np.nan)
+
+
+def _leaps(width: Floats, least: float) -> bool:
+    """Whether the rim goes from open to closed, of its greatest width (the first), from one sample to the next."""
+    opening = (width[np.isfinite(width)] - least) / (width[0] - least)
+    closed = int(np.flatnonzero(opening < CLOSED)[0])
+    return bool(opening[closed - 1] > OPEN)
 
 
 def _closure(time: Floats, opening: Floats, first: int, last: int) -> DomeOver:
-    """Zero of a line through the opening while it closes; between two frames where it closes within one."""
+    """Zero of a line through the opening while it closes.
+
+    Where too few samples show it close, it is the first closed one, as uncertain as the time since the last open one.
+    """
     part = slice(first, last + 2)
     use = (opening[part] > FITTED[0]) & (opening[part] < FITTED[1])
     if use.sum() < 3:
-        half = 0.5 * float(time[last] - time[first])
-        return DomeOver(float(time[last]), max(half, 0.0), "ok")
+        return DomeOver(float(time[last]), max(float(time[last] - time[first]), 0.0), "ok")
     design = np.stack([np.ones(int(use.sum())), time[part][use] - time[last]], axis=1)
     solution, *_ = np.linalg.lstsq(design, opening[part][use], rcond=None)
     if not solution[1] < 0.0:

@@ -16,6 +16,7 @@ HALF_WINDOW, LONGEST_WINDOW = 4, 25  # rows on either side of a minimum that a s
 RISE_PX = 1.0
 BLURRED_ROWS, SIDE_ROWS = 2, 9  # a kink is blurred within the first; each side is read up to the second
 BLUR_PX = 1.2  # of the image and of the smoothing along the wall
+BLUR_DOUBT = 0.25  # of what blur adds: it and the curvature are known to a tenth each, and blur has no sharp bounds
 LEDGE_PX = 6.0  # a step of the width between two rows
 LEDGE_UNC_PX = 0.7
 CLEAR_KINK, LEAST_ROUNDING_PX = 2.0, 0.15  # in units of the noise, and in pixels: less is no kink
@@ -54,12 +55,12 @@ def prominence_of(width: Floats, index: int) -> float:
 
 
 @compiled
-def find_vertex(y: Floats, width: Floats, index: int, noise: float) -> Vertex:
+def find_vertex(y: Floats, width: Floats, index: int, noise: float, blur: float) -> Vertex:
     """Return row and width of the minimum at ``index`` of ``width`` (n,) at the rows ``y``, and half of the misfit.
 
     Smooth minima are the vertex of a cubic. Where one cavity starts inside another the wall has a kink, which blur
     rounds off: there both sides are continued to where they meet; at a ledge the side without the step is continued
-    to it. ``noise`` is the standard deviation of one width.
+    to it. ``noise`` is the standard deviation of one width, ``blur`` that of the blur along the wall, px.
     """
     if width[index] == 0.0:
         return y[index], 0.0, 0.0
@@ -69,7 +70,7 @@ def find_vertex(y: Floats, width: Floats, index: int, noise: float) -> Vertex:
     kink = _kink(y, width, index, max(CLEAR_KINK * noise, LEAST_ROUNDING_PX))
     if not math.isnan(kink[0]):
         return kink
-    return _smooth_vertex(y, width, index)
+    return _smooth_vertex(y, width, index, blur)
 
 
 @compiled
@@ -110,7 +111,7 @@ def _slope(coefficients: Floats, at: float) -> float:
 
 
 @compiled
-def _smooth_vertex(y: Floats, width: Floats, index: int) -> Vertex:
+def _smooth_vertex(y: Floats, width: Floats, index: int, blur: float) -> Vertex:
     """Vertex of a cubic as far as the width rises by ``RISE_PX``: a minimum is seldom symmetric, a flat one needs rows.
 
     The cubic describes the square of the width: near its closure a neck is a hyperboloid. The misfit is 0 where there
@@ -131,7 +132,23 @@ def _smooth_vertex(y: Floats, width: Floats, index: int) -> Vertex:
     turning = -cubic[1] / (cubic[2] + root) if cubic[2] > 0.0 else (root - cubic[2]) / (3.0 * cubic[3])
     if not abs(turning) <= HALF_WINDOW:
         return y[index], width[index], misfit
-    return y[index] + turning, math.sqrt(max(_value(cubic, turning), 0.0)), misfit
+    square = max(_value(cubic, turning), 0.0)
+    sharp = _sharpened(square, 2.0 * cubic[2] + 6.0 * cubic[3] * turning, blur)
+    return y[index] + turning, sharp, math.hypot(misfit, 0.5 * BLUR_DOUBT * (math.sqrt(square) - sharp))
+
+
+@compiled
+def _sharpened(square: float, bend: float, blur: float) -> float:
+    """Width without what blur adds where the wall is curved, from its square and the second derivative of that.
+
+    Blur draws each wall outward by half of its curvature times the variance along it. At a vertex the curvature of the
+    radius R is (R²)″/2R: in R² that is half of (R²)″ times the variance, which stays finite as the neck closes. Where
+    the wall curves within the blur it is less: the half level is the median of a normal deviate and c times the square
+    of another, c half of curvature times blur, and lies below the mean (Cornish and Fisher, to the third moment).
+    """
+    half = 0.125 * max(bend, 0.0) * blur / max(0.5 * math.sqrt(square), blur)
+    share = 1.0 - 4.0 / 3.0 * half**2 / (1.0 + 2.0 * half**2)
+    return math.sqrt(max(square - 0.5 * bend * blur * blur * share, 0.0))
 
 
 @compiled

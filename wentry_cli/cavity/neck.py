@@ -40,7 +40,12 @@ class NeckTrack:
 
 
 def find_necks(
-    y_px: Floats, width_px: Floats, *, edge_unc_px: float, min_prominence_px: float = MIN_PROMINENCE_PX
+    y_px: Floats,
+    width_px: Floats,
+    *,
+    edge_unc_px: float,
+    blur_px: float = 0.0,
+    min_prominence_px: float = MIN_PROMINENCE_PX,
 ) -> list[Neck]:
     """Find the interior minima of a width profile, from the top down.
 
@@ -50,6 +55,8 @@ def find_necks(
         Rows in increasing order and the width there, NaN where an edge was not seen.
     edge_unc_px : float
         Standard uncertainty of one smoothed edge, of which the width has two.
+    blur_px : float
+        Standard deviation of the blur along the wall: it draws a curved wall outward, which is taken off.
     min_prominence_px : float
         How far the width must rise on both sides of a minimum before it falls below it again.
     """
@@ -59,7 +66,7 @@ def find_necks(
     for index in interior_minima(width):
         prominence = prominence_of(width, index)
         if prominence >= max(min_prominence_px, 6.0 * edge_unc_px):
-            row, narrowest, misfit = find_vertex(y, width, index, np.sqrt(2.0) * edge_unc_px)
+            row, narrowest, misfit = find_vertex(y, width, index, np.sqrt(2.0) * edge_unc_px, blur_px)
             unc = float(np.hypot(edge_unc_px / np.sqrt(2.0), misfit))
             necks.append(Neck(row, 0.5 * narrowest, unc, prominence))
     return necks

@@ -20,7 +20,7 @@ CONCENTRATIONS, STARTS = 12, 3  # from all samples, and from those without one o
 
 @dataclass(frozen=True)
 class ClosureFit:
-    """One closure: ``radius = amplitude (t_s − t)^exponent (1 + curvature (t_s − t))``.
+    """One closure: ``radius = amplitude (t_s − t)^exponent √(1 + 2 curvature (t_s − t))``.
 
     ``t_s`` and ``t_unc_s`` are NaN unless ``status`` is ``ok``; ``poor_fit``, ``too_few`` and ``clip_ended`` (the
     extrapolated closure lies behind the last frame, kept in ``extrapolated_t_s``) say why.

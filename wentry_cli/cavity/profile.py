@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.cavity.edge_blur import TYPICAL_PX, measure_blur
 from wentry_cli.cavity.row_edges import find_closed_rows, find_edges, mend_thin_walls
 from wentry_cli.cavity.wall_smoothing import smooth_wall
 from wentry_cli.compiled import compiled
@@ -46,9 +47,10 @@ class CavityProfile:
 
     ``y_px`` (n,) are rows from the surface down to the sphere's equator; ``left_px`` and ``right_px`` the smoothed
     edges, NaN where not seen and equal (on the axis) in rows where the cavity has closed. ``top_y_px`` is the highest
-    row in which any of it is dark, ``edge_unc_px`` the standard uncertainty of one smoothed edge. ``cut_off`` tells
-    that a wall reaches the rim of the patch well below the surface. ``status`` is ``ok``, ``no_edge`` (no cavity in
-    sight) or ``out_of_frame`` (nothing between surface and sphere lies in the patch).
+    row in which any of it is dark, ``edge_unc_px`` the standard uncertainty of one smoothed edge, ``blur_px`` the
+    standard deviation of the blur of lens and pixel. ``cut_off`` tells that a wall reaches the rim of the patch well
+    below the surface. ``status`` is ``ok``, ``no_edge`` (no cavity in sight) or ``out_of_frame`` (nothing between
+    surface and sphere lies in the patch).
     """
 
     y_px: Floats
@@ -59,6 +61,7 @@ class CavityProfile:
     dark_level: float
     cut_off: bool
     status: str
+    blur_px: float = TYPICAL_PX
 
     @property
     def width_px(self) -> Floats:
@@ -88,7 +91,8 @@ def measure_profile(patch: Patch, sphere: SphereOutline, *, surface_y_px: float)
     spans = parts.spans(keep)
     left, right, wall = find_edges(values[:rows], (spans[0][:rows], spans[1][:rows]), 0.5 * (ground + dark), RIM_PX)
     above = max(min(int(sphere.top_y_px) - 2 - first, rows), 0)  # rows whose light the sphere does not take away
-    mend_thin_walls(values, spans, (left[:above], right[:above], wall[:above]), (ground, dark), RIM_PX)
+    blur = measure_blur(values, (left[:above], right[:above], wall[:above]), (ground, dark))
+    mend_thin_walls(values, spans, (left[:above], right[:above], wall[:above]), (ground, dark), blur, RIM_PX)
     seen = np.isfinite(left)
     if seen.sum() < 8:
         return empty_profile("no_edge")
@@ -106,6 +110,7 @@ def measure_profile(patch: Patch, sphere: SphereOutline, *, surface_y_px: float)
         dark_level=float(dark / ground),
         cut_off=bool(np.sum((~seen & (spans[0][:rows] >= 0))[SURFACE_ROWS:]) > 0.1 * rows),
         status="ok",
+        blur_px=blur,
     )
 
 

@@ -14,8 +14,9 @@ Ints = NDArray[np.int32]
 Edges = tuple[Floats, Floats, Floats]
 """Left and right edge of every row, px, NaN where not seen, and how thick the thinner of its two walls is."""
 
-THIN_WALL_PX = (1.6, 2.6)  # thinner than that the blur of its two sides overlaps, thicker it does not
-THICK_PX = 4
+THIN_WALL = (1.6, 2.6)  # in units of the blur: thinner than that its two sides overlap, thicker they do not
+REFERENCE_WALL = 3.1  # in the same units: a wall that tells what light the rows take away
+THICK_PX = 12
 REFERENCE_ROWS, FEWEST_REFERENCES = 12, 5
 WIDEST_FAINT_PX = 12  # a faint row wider than that is blur between two dark things, not a thin neck
 
@@ -113,25 +114,31 @@ def _usual_share(share: Floats, row: int, above: Floats, below: Floats) -> float
 
 @compiled
 def mend_thin_walls(
-    values: NDArray[np.float32], spans: tuple[Ints, Ints], edges: Edges, light: tuple[float, float], rim: int
+    values: NDArray[np.float32],
+    spans: tuple[Ints, Ints],
+    edges: Edges,
+    light: tuple[float, float],
+    blur: float,
+    rim: int,
 ) -> None:
     """Replace the edges of rows whose walls are thinner than the blur by those from the missing light.
 
     What a row takes away is its width times a share that depends on how much of it the bright core fills; the share is
     read from the nearest rows whose walls are thick enough. Blur does not change the sum. ``light`` is the level of
-    the ground and that of the dark.
+    the ground and that of the dark, ``blur`` the standard deviation of the blur, px.
     """
     left, right, wall = edges
+    thinnest, thickest = THIN_WALL[0] * blur, THIN_WALL[1] * blur
     rows, columns = left.size, values.shape[1]
     width = right - left
     thin, share = np.zeros(rows, np.bool_), np.full(rows, np.nan)
     for row in range(rows):
         if _clear_of_rim(spans[0][row], spans[1][row], columns, rim):
-            thin[row] = wall[row] < THIN_WALL_PX[1] or np.isnan(width[row])
+            thin[row] = wall[row] < thickest or np.isnan(width[row])
     if not thin.any():
         return
     for row in range(rows):
-        if wall[row] >= THIN_WALL_PX[1] + 0.5 and np.isfinite(width[row]):
+        if wall[row] >= REFERENCE_WALL * blur and np.isfinite(width[row]):
             share[row] = _missing_light(values, row, (spans[0][row], spans[1][row]), light)[0] / width[row]
     above, below = np.empty(REFERENCE_ROWS), np.empty(REFERENCE_ROWS)
     for row in range(rows):
@@ -142,7 +149,7 @@ def mend_thin_walls(
         if np.isnan(missing) or np.isnan(usual):
             continue
         half = 0.5 * missing / max(usual, 0.05)
-        trust = min(max((THIN_WALL_PX[1] - wall[row]) / (THIN_WALL_PX[1] - THIN_WALL_PX[0]), 0.0), 1.0)
+        trust = min(max((thickest - wall[row]) / (thickest - thinnest), 0.0), 1.0)
         if np.isnan(width[row]):
             left[row], right[row] = centre - half, centre + half
         else:

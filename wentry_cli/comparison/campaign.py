@@ -40,6 +40,7 @@ NUMBERS = (
     ("scale_px_per_m", "geometry", "scale_px_per_m"),
     ("surface_y_px", "geometry", "surface_y_px"),
 )
+DOME_OVER = "dome_over_s"  # key of truth.yaml; measured, it is a row of events.csv
 OF_CLOSURE = ("t_p_s", "y_p_m")
 OF_IMPACT = ("u0_m_s", "surface_y_px")  # what meets no surface has neither
 WORDS = (("seal_type", "seal_type"), ("pinch_off_cavity", "pinch_off_cavity"))
@@ -109,10 +110,14 @@ def _against_truth(folder: Path, truth: Path) -> Iterator[Comparison]:
         frame.loc[hidden, [name for name in frame if name not in ("frame", "time_s", "t_s")]] = np.nan
     yield from _against_table(folder, frame)
     numbers = read_document(truth / "truth.yaml").data
-    closure = numbers.get("t_p_s")
-    # what closes after the clip cannot be measured, and nobody is blamed for that
-    after = isinstance(closure, int | float) and "t_s" in frame and closure > frame["t_s"].max()
-    yield from _numbers(folder, numbers, closed=not after)
+    yield from _numbers(folder, numbers, closed=not _after_clip(numbers.get("t_p_s"), frame))
+    if not _after_clip(numbers.get(DOME_OVER), frame):
+        yield from _dome_over(folder, numbers.get(DOME_OVER))
+
+
+def _after_clip(time_s: Any, frame: pd.DataFrame) -> bool:
+    """Whether something closes after the clip: that cannot be measured, and nobody is blamed for it."""
+    return isinstance(time_s, int | float) and "t_s" in frame and bool(time_s > frame["t_s"].max())
 
 
 def _against_table(folder: Path, truth: pd.DataFrame) -> Iterator[Comparison]:
@@ -170,6 +175,16 @@ def _peaks(folder: Path, peaks: list[float]) -> Iterator[Comparison]:
     stated = found["stretch_peak_unc"].to_numpy(float)
     errors = error_statistics(found["stretch_peak"].to_numpy(float), np.array(peaks, float), stated)
     yield Comparison(folder.name, "periods", "stretch_peak", "1", errors)
+
+
+def _dome_over(folder: Path, wanted: Any) -> Iterator[Comparison]:
+    """When the crown has closed over the sphere."""
+    if not isinstance(wanted, int | float) or _kind(folder) != "water_entry" or not has_table(folder, "events"):
+        return
+    events = read_table(folder, "events")
+    found = events[events["event"] == "dome_over"].reset_index().reindex([0])
+    errors = error_statistics(found["t_s"].to_numpy(float), np.array([wanted], float), found["t_s_unc"].to_numpy(float))
+    yield Comparison(folder.name, "events", DOME_OVER, _unit("events", "t_s"), errors)
 
 
 def _word(value: Any) -> str:

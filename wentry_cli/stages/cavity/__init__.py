@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.cavity.follow import measure_profiles
-from wentry_cli.cavity.neck import NeckFollower, NeckTrack, find_necks
+from wentry_cli.cavity.neck import Neck, NeckFollower, NeckTrack, find_necks
 from wentry_cli.cavity.nested import wall_numbers
 from wentry_cli.cavity.profile import CavityProfile
 from wentry_cli.cavity.seal import EDGE_MODEL_PX, Scene, Seal, find_seal
@@ -88,7 +88,7 @@ def run(folder: Path, drop: Drop) -> None:
             tick(frame, count)
             if profile.status == "ok":
                 rows.add(frame, profile, view)
-                follower.add(frame, find_necks(profile.y_px, profile.width_px, edge_unc_px=profile.edge_unc_px))
+                follower.add(frame, _necks(profile))
                 tops[frame] = profile.top_y_px
                 apexes[frame] = view.apex(profile)
         dome = find_dome(folder, drop, clip, ground, view)
@@ -100,6 +100,10 @@ def run(folder: Path, drop: Drop) -> None:
     write_table(folder, "neck", new_table("neck", _neck_columns(tracks, seal, view)))
     events = _events(view, seal, dome)
     write_table(folder, "events", new_table("events", {name: [row[name] for row in events] for name in events[0]}))
+
+
+def _necks(profile: CavityProfile) -> list[Neck]:
+    return find_necks(profile.y_px, profile.width_px, edge_unc_px=profile.edge_unc_px, blur_px=profile.blur_px)
 
 
 def _scene(view: SideView, tops: tuple[Floats, Floats], dome: Dome, unreadable: frozenset[int]) -> Scene:
