@@ -254,10 +254,11 @@ def tell_failures(campaign: Campaign, report: Report) -> None:
         report(Event(failure.drop, failure.stage, "failed", failure.sentence))
 
 
-def raise_failures(campaign: Campaign) -> None:
+def raise_failures(campaign: Campaign, only_looked: str = "") -> None:
     """End with the exit code of the contract: a single drop's own, ``CampaignError`` (6) for a campaign.
 
-    Each failure has been told when it happened; a single drop's error has no words left.
+    Each failure has been told when it happened; a single drop's error has no words left. Where nothing ran,
+    ``only_looked`` says what cannot be done with the drops that failed.
     """
     if not campaign.failures:
         return
@@ -266,8 +267,11 @@ def raise_failures(campaign: Campaign) -> None:
         error.exit_code = campaign.failures[0].exit_code
         raise error
     names = ", ".join(failure.drop for failure in campaign.failures)
+    share = f"{len(campaign.failures)} of {campaign.size} drops"
+    if only_looked:
+        raise CampaignError(f"{share} cannot be {only_looked}: {names}; nothing was run")
     rest = "the others are complete" if len(campaign.failures) < campaign.size else "no drop is complete"
-    raise CampaignError(f"{len(campaign.failures)} of {campaign.size} drops failed: {names}; {rest}")
+    raise CampaignError(f"{share} failed: {names}; {rest}")
 
 
 __all__ = [
