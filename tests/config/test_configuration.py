@@ -235,6 +235,52 @@ def test_own_materials_stand_beside_the_campaign(tmp_path: Path) -> None:
     assert drop.material.g_inf_pa == 900
 
 
+JELLY = "materials: {jelly: {g_inf_pa: 900, g_t_pa: 900, n: -0.5, eps0_dot_1_s: 0.01}}\n"
+SOFTER = JELLY.replace("g_inf_pa: 900", "g_inf_pa: 800")
+
+
+def _modulus(folder: Path, top: Path | None = None) -> float:
+    material = read_drop("a", folder, top=top).material
+    assert material is not None
+    return material.g_inf_pa
+
+
+def test_own_materials_need_no_campaign_file(tmp_path: Path) -> None:
+    deep = _write(tmp_path / "1" / "2" / "3" / "4" / "a", GOOD.replace("rigid", "jelly"))
+    _write(tmp_path, JELLY, "materials.yaml")
+    assert _modulus(deep, tmp_path) == 900, "at any depth below VIDEO_DIR"
+    _write(tmp_path / "1" / "2", SOFTER, "materials.yaml")
+    assert _modulus(deep, tmp_path) == 800, "the nearest holds"
+    _write(deep, JELLY, "materials.yaml")
+    assert _modulus(deep, tmp_path) == 900
+    _write(tmp_path / "1", "", "campaign.yaml")
+    _write(tmp_path / "1", SOFTER, "materials.yaml")
+    assert _modulus(deep, tmp_path) == 800, "what lies beside campaign.yaml comes first"
+    (tmp_path / "1" / "materials.yaml").unlink()
+    assert _modulus(deep, tmp_path) == 900, "where nothing does, the nearest holds too"
+
+
+def test_materials_above_a_drop_run_alone_are_used_and_told(tmp_path: Path) -> None:
+    folder = _write(tmp_path / "a", GOOD.replace("rigid", "jelly"))
+    _write(tmp_path, JELLY, "materials.yaml")
+    assert _modulus(folder) == 900
+    assert read_campaign(folder).notes == [f"{tmp_path / 'materials.yaml'}, above {folder}, gives the materials"]
+    assert read_campaign(tmp_path).notes == []
+
+
+def test_an_unknown_material_is_told_where_ones_own_belong(tmp_path: Path) -> None:
+    _write(tmp_path / "a", GOOD.replace("rigid", "jelly"))
+    told = f"write a material of your own into {tmp_path / 'materials.yaml'}"
+    with pytest.raises(ConfigurationError, match=re.escape(told)) as caught:
+        read_drop("a", tmp_path / "a", top=tmp_path)
+    assert "sphere.material: jelly does not stand in the packaged materials.yaml; known: drag" in str(caught.value)
+    _write(tmp_path, JELLY.replace("jelly", "jello"), "materials.yaml")
+    with pytest.raises(ConfigurationError) as caught:
+        read_drop("a", tmp_path / "a", top=tmp_path)
+    told = f"sphere.material: jelly does not stand in {tmp_path / 'materials.yaml'}; did you mean jello?"
+    assert str(caught.value).endswith(told)
+
+
 def test_what_every_drop_overrides_is_checked_too(tmp_path: Path) -> None:
     """Keys that stand in campaign.yaml are right each by itself; that they are not all keys is no mistake."""
     for text in ("kind: free_flight\nsphere:\n  material: rigid\nviews: {side: {fps: 1000}}\n", "sphere:\nviews:\n"):

@@ -30,7 +30,7 @@ def truths_of(results: Path, drops: Sequence[str], truth: Path) -> dict[str, Pat
 def _drop_of(results: Path, drops: Sequence[str], truth: Path) -> str:
     """The one of ``drops`` that the drop rendered into the folder ``truth`` is."""
     folders = truth.resolve().parts
-    named = [drop for drop in drops if folders[-len(parts := tuple(drop.split("__"))) :] == parts]
+    named = [drop for drop in drops if folders[-drop.count("__") - 1 :] == tuple(drop.split("__"))]
     if named:
         return max(named, key=len)
     if len(drops) == 1:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from wentry_cli.config.campaign import Drop, find_drops, missing_sources, read_drop
-from wentry_cli.config.inheritance import find_shared, notes_of
+from wentry_cli.config.inheritance import find_materials, find_shared, notes_of
 from wentry_cli.config.places import Document, Place, followed, read_value
 from wentry_cli.errors import CampaignError, ConfigurationError, InputError, NoDropError, WentryError
 from wentry_cli.pipeline import KERNELS, CampaignStage, Stage, campaign_stages_of, stages_of
@@ -101,13 +101,18 @@ def read_campaign(video_dir: Path, settings: tuple[str, ...] = (), only: tuple[s
     found = find_drops(video_dir)
     names = _selected(list(found), only, video_dir)
     told = [note for name in names for note in notes_of(find_shared(found[name], video_dir), video_dir)]
-    campaign = Campaign([], notes=list(dict.fromkeys(told)))
+    campaign = Campaign([])
     for name in names:
         try:
-            campaign.drops.append(read_drop(name, found[name], overrides, video_dir))
+            drop = read_drop(name, found[name], overrides, video_dir)
+            campaign.drops.append(drop)
+            if drop.material is not None:
+                file = find_materials(drop.folder, video_dir, drop.shared.path)
+                told += notes_of(file, video_dir, "the materials")
         except WentryError as error:
             sentence = "\n".join([str(error), *missing_sources(found[name], overrides)])
             campaign.failures.append(Failure(name, CONFIGURATION, error.exit_code, sentence))
+    campaign.notes += dict.fromkeys(told)
     if not campaign.drops:
         lines = dict.fromkeys(line for failure in campaign.failures for line in failure.sentence.splitlines())
         raise ConfigurationError("\n".join([*lines, *campaign.notes]))
