@@ -25,6 +25,7 @@ from wentry_cli.runner.lock import locked
 from wentry_cli.runner.plan import Choice, plan
 from wentry_cli.runner.record import write_drop, write_run
 from wentry_cli.runner.status import campaign_status
+from wentry_cli.runner.today import to_fit
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 
 ALL = Choice()
@@ -163,6 +164,32 @@ def test_fit_refuses_what_was_not_measured(results: Path, drop: Drop, ran: list[
     assert (failure.exit_code, failure.sentence) == (3, "wrong")
     assert "video" in write_run(results, "fit", {}, set())["failures"], "a failure that was not tried again stays"
     assert write_run(results, "process", {}, {"video"})["failures"] == {}
+
+
+@pytest.mark.parametrize("edit", ["table", "version", "recording", "none"])
+def test_fit_refuses_keys_that_changed_whatever_else_did(
+    results: Path, drop: Drop, ran: list[str], monkeypatch: pytest.MonkeyPatch, edit: str
+) -> None:
+    """Its own stages read the keys of today, and would mix them with tables of those before."""
+    monkeypatch.setattr("wentry_cli.runner.processed.stages_of", lambda *_: TWO)
+    monkeypatch.setattr("wentry_cli.runner.today.stages_of", lambda *_: TWO)
+    _run(results, drop)
+    assert to_fit(results).failures == []
+    experiment = drop.folder / "experiment.yaml"
+    experiment.write_text(EXPERIMENT.replace("0.051", "0.0509"))
+    if edit == "table":
+        path = results / "video" / "geometry.csv"
+        path.write_text(path.read_text().replace("2000", "2001"))
+    elif edit == "version":
+        monkeypatch.setattr(plan_module, "__version__", "another")
+    elif edit == "recording":
+        (drop.folder / "side").rmdir()
+    with pytest.raises(
+        InputError, match=r"video: configuration sphere\.diameter_m changed since track was done; run `"
+    ):
+        to_fit(results)
+    experiment.write_text(EXPERIMENT)
+    assert to_fit(results).failures == []
 
 
 def test_status_tells_what_the_plan_would_do(results: Path, drop: Drop, ran: list[str]) -> None:

@@ -82,6 +82,15 @@ def test_fit_refuses_what_was_measured_otherwise(made: Path, experiment: Path, w
         assert told.out == ""
     assert (results / "summary.csv").read_bytes() == before
     assert "changed since track was done" in wentry("report", results).err
+    side = results / "small" / "side.csv"
+    text = side.read_text()
+    side.write_text(text.replace("ok", "poor_fit", 1))
+    told = wentry("fit", results)
+    assert told.code == 4, "an edited table does not hide the edited key"
+    assert "configuration sphere.diameter_m changed since track was done" in told.err
+    assert (results / "summary.csv").read_bytes() == before
+    assert "changed since track was done" in wentry("report", results).err
+    side.write_text(text)
     _edit(experiment, "diameter_m: 0.0509", "diameter_m: 0.051")
     assert wentry("fit", results).code == 0, "a refusal does not stick"
 

@@ -11,9 +11,9 @@ from wentry_cli.pipeline import CAMPAIGN_STAGES, Stage
 from wentry_cli.pipeline import STAGES as ALL_STAGES
 from wentry_cli.records import STAGES, read_json
 from wentry_cli.runner.campaign_stages import ALL_DROPS, Members, plan_campaign, rewritten_by
-from wentry_cli.runner.commands import processed
 from wentry_cli.runner.lock import is_locked
 from wentry_cli.runner.plan import INTERRUPTED, Choice, Step, plan
+from wentry_cli.runner.processed import processed
 from wentry_cli.runner.today import as_configured_today
 
 States = dict[str, dict[str, tuple[str, str]]]

@@ -9,12 +9,10 @@ from wentry_cli.config.places import Document
 from wentry_cli.errors import ConfigurationError, Gathered, InputError, WentryError
 from wentry_cli.pipeline import Stage, stages_of
 from wentry_cli.records import DROP, read_json
-from wentry_cli.runner.commands import Campaign, processed
 from wentry_cli.runner.drop import Failure
 from wentry_cli.runner.edited import edited_tables
-from wentry_cli.runner.plan import Choice, Step, plan
-
-BY_HAND = ("configuration", "corrections", "material")  # how the marks of what a user writes begin
+from wentry_cli.runner.plan import Choice, Step, changed_by_hand, plan
+from wentry_cli.runner.processed import Campaign, processed
 
 
 def as_configured_today(results: Path, drop: Drop) -> Drop:
@@ -58,37 +56,39 @@ def notes_to_report(results: Path, campaign: Campaign) -> list[str]:
     notes = []
     failed = {failure.drop for failure in campaign.failures}
     for drop in campaign.drops:
-        if drop.name in failed or edited_tables(results / drop.name):
+        if drop.name in failed:
             continue
         try:
             today = as_configured_today(results, drop)
-            step = _first_stale(results, today, "process", "fit")
+            step = changed_by_hand(results, today, stages_of("process", "fit"))
+            for view in today.experiment.sides if step is None else ():
+                today.existing_source(view)
         except WentryError as error:
             notes.append(f"{error}; the report shows what was measured before")
             continue
-        if step is not None and step.reason.startswith(BY_HAND):
+        if step is not None:
             command = f"wentry fit {results}" if step.stage.command == "fit" else _process(results, today)
             notes.append(f"{_changed(today, step)}; the report shows what was there before: run `{command}`")
     return notes
 
 
 def _measured_before(results: Path, today: Drop) -> list[str]:
-    """Notes on what changed since ``today`` was measured; ``InputError`` where its own files say otherwise."""
+    """Notes on what changed since ``today`` was measured; ``InputError`` where its own files say otherwise.
+
+    They are asked first: a table that was edited, or another version, does not hide that a key was.
+    """
+    changed = changed_by_hand(results, today, stages_of("process"))
+    if changed is not None:
+        raise InputError(f"{_changed(today, changed)}; run `{_process(results, today)}` first")
     try:
-        step = _first_stale(results, today, "process")
+        steps = plan(results, today, stages_of("process"), Choice())
     except InputError as gone:
         return [f"{today.name}: what was measured before is used as it is, though {gone}"]
+    step = next((step for step in steps if step.action == "run"), None)
     if step is None or edited_tables(results / today.name):
         return []
-    if step.reason.startswith(BY_HAND):
-        raise InputError(f"{_changed(today, step)}; run `{_process(results, today)}` first")
     told = f"what was measured before is used as it is, `{_process(results, today)}` makes it anew"
     return [f"{_changed(today, step)}; {told}"]
-
-
-def _first_stale(results: Path, today: Drop, *commands: str) -> Step[Stage] | None:
-    steps = plan(results, today, stages_of(*commands), Choice())
-    return next((step for step in steps if step.action == "run"), None)
 
 
 def _changed(drop: Drop, step: Step[Stage]) -> str:
