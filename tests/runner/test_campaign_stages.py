@@ -126,7 +126,7 @@ def test_a_failed_drop_takes_no_part_but_is_shown(members: Members) -> None:
     assert not has_table(members.results, "summary"), "no table outlives its inputs"
     assert _reasons(replace(members, failed=frozenset({"a", "b"})))["scaling"] == (
         "not_needed",
-        "no drop has a summary yet",
+        "no drop that has a summary is complete",
     )
 
 

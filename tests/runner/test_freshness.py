@@ -201,6 +201,24 @@ def test_status_tells_what_the_plan_would_do(results: Path, drop: Drop, ran: lis
     assert states["stretch"][0] == "not needed"
 
 
+def test_a_table_that_was_removed_leaves_what_is_over_all_drops_stale(
+    results: Path, drop: Drop, ran: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    summary = next(stage for stage in STAGES if stage.name == "summary")
+    module = types.ModuleType("summary")
+    module.run = lambda folder, _: write_table(folder, "summary", new_table("summary", {"drop": ["video"]}))  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "wentry_cli.stages.summary", module)
+    three = [*TWO, summary]
+    monkeypatch.setattr("wentry_cli.runner.status.ALL_STAGES", three)
+    monkeypatch.setattr("wentry_cli.runner.processed.stages_of", lambda *_: three)
+    _run(results, drop, stages=three)
+    assert campaign_status(results)["*"]["scaling"] == ("stale", "not run yet")
+    (results / "video" / "geometry.csv").unlink()
+    states = campaign_status(results)
+    assert states["video"]["summary"] == ("stale", "track runs before it")
+    assert states["*"]["scaling"] == ("stale", "summary of video runs before it")
+
+
 def test_warnings_stay_with_what_was_done(
     results: Path, drop: Drop, ran: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

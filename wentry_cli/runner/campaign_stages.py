@@ -37,6 +37,12 @@ class Members:
         drops = sorted(self.drops, key=lambda drop: drop.name)
         return drops if stage.shows_all else [drop for drop in drops if self._is_complete(drop, stage)]
 
+    def why_none(self, stage: CampaignStage) -> str:
+        """Why ``stage`` has no drop to work on."""
+        name = stage.drop_reads[-1]
+        there = any(has_table(self.results / drop.name, name) for drop in self.drops)
+        return f"no drop that has a {name} is complete" if there else f"no drop has a {name} yet"
+
     def _is_complete(self, drop: Drop, stage: CampaignStage) -> bool:
         return drop.name not in self.failed and all(
             has_table(self.results / drop.name, name) for name in stage.drop_reads
@@ -60,7 +66,7 @@ def plan_campaign(
 def _step(members: Members, stage: CampaignStage, rewritten: Mapping[str, str], choice: Choice) -> Step[CampaignStage]:
     above = next((who for file, who in rewritten.items() if stage.uses(file)), None)
     if above is None and not members.of(stage) and not any(has_table(members.results, name) for name in stage.reads):
-        return Step(stage, "not_needed", f"no drop has a {stage.drop_reads[-1]} yet")
+        return Step(stage, "not_needed", members.why_none(stage))
     if choice.force in ("all", stage.name):
         return Step(stage, "run", "forced")
     if above is not None:
