@@ -17,3 +17,12 @@ def test_what_the_stages_over_all_drops_warned_of_stands_last() -> None:
     run = {"stages": {"scaling": {"warnings": [told]}, "report": {"warnings": "no list"}}}
     campaign = Campaign(Path("results"), (drop,), none, none, none, none, none, run)
     assert warning_table(campaign).rows == (("one", "track", "the light is bright"), ("all drops", "scaling", told))
+
+
+def test_notes_of_the_run_stand_with_their_drop() -> None:
+    none = pd.DataFrame()
+    drops = tuple(DropResults(name, {}, {}, (), {}, {"track": {"warnings": ["dim"]}}) for name in ("one", "two"))
+    run = {"notes": [["one", "stretch", "stretch.csv is not as this stage wrote it"], ["gone", "", "x"], "damaged"]}
+    campaign = Campaign(Path("results"), drops, none, none, none, none, none, run)
+    told = ("one", "stretch", "stretch.csv is not as this stage wrote it")
+    assert warning_table(campaign).rows == (("one", "track", "dim"), told, ("two", "track", "dim"))

@@ -6,6 +6,7 @@ import importlib
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from wentry_cli.records import RUN, STAGES, read_json
 from wentry_cli.runner.drop import Event, Report, keep_traceback, sweep
 from wentry_cli.runner.plan import INTERRUPTED, UNCHANGED, Choice, Step, first_change, identity, not_complete
 from wentry_cli.runner.record import note_stage
+from wentry_cli.runner.today import notes_to_show
 from wentry_cli.runner.twice import warn_of_twice
 from wentry_cli.tables import has_table, table_path
 
@@ -31,6 +33,11 @@ class Members:
     results: Path
     drops: list[Drop]
     failed: frozenset[str] = frozenset()
+
+    @cached_property
+    def notes(self) -> list[list[str]]:
+        """What a report says of tables that are not those of today's files: drop, stage and sentence."""
+        return notes_to_show(self.results, self.drops, self.failed)
 
     def of(self, stage: CampaignStage) -> list[Drop]:
         """The drops that ``stage`` works on, by name."""
@@ -121,6 +128,7 @@ def fingerprint(members: Members, stage: CampaignStage, before: Mapping[str, Any
         failures = read_json(results / RUN).get("failures")
         marks["list of failures"] = digest_of([failures, *_told(results, drops, "error")])
         marks["list of warnings"] = digest_of(_told(results, drops, "warnings"))
+        marks["list of notes"] = digest_of(members.notes) if members.notes else None
     return {what: mark for what, mark in marks.items() if mark is not None}
 
 

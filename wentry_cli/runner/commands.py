@@ -123,9 +123,12 @@ def work(campaign: Campaign, results: Path, order: Order, report: Report) -> lis
             campaign.failures += run_campaign(todo, _without_failures(campaign), order.hands, report)
     done = []
     for stage in order.campaign_stages:
+        finish(campaign, results, order)  # the drops that failed before today, but not now, take part
+        members = _members(campaign, results, order)
         if stage.shows_all:
+            campaign.to_show = members.notes
             finish(campaign, results, order)
-        done += run_campaign_stages(_members(campaign, results, order), [stage], order.choice, report)
+        done += run_campaign_stages(members, [stage], order.choice, report)
     return done
 
 
@@ -161,12 +164,12 @@ def _without_failures(campaign: Campaign) -> list[Drop]:
 def finish(campaign: Campaign, results: Path, order: Order) -> dict[str, Any]:
     """Write ``run.json`` and return it."""
     if not order.measures:
-        return write_run(results, None, {}, set())
+        return write_run(results, None, {}, set(), campaign.to_show)
     failures = {
         failure.drop: {"stage": failure.stage, "exit_code": failure.exit_code, "sentence": failure.sentence}
         for failure in campaign.failures
     }
-    return write_run(results, order.command, failures, {drop.name for drop in campaign.drops})
+    return write_run(results, order.command, failures, {drop.name for drop in campaign.drops}, campaign.to_show)
 
 
 def tell_failures(campaign: Campaign, report: Report) -> None:

@@ -134,7 +134,7 @@ def changed_by_hand(results: Path, drop: Drop, stages: list[Stage]) -> Step[Stag
     """
     record = read_json(results / drop.name / STAGES)
     for stage in stages:
-        known = record.get(stage.name)
+        known: Any = record.get(stage.name)
         if stage.why_not(drop) is not None or not_complete(known) is not None:
             continue
         marks = _by_hand(as_read_by(stage, drop, results), stage)

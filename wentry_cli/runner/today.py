@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 
 from wentry_cli.config.campaign import EXPERIMENT, Drop, read_drop
@@ -10,7 +11,7 @@ from wentry_cli.errors import ConfigurationError, Gathered, InputError, WentryEr
 from wentry_cli.pipeline import Stage, stages_of
 from wentry_cli.records import DROP, read_json
 from wentry_cli.runner.drop import Failure
-from wentry_cli.runner.edited import edited_tables
+from wentry_cli.runner.edited import edited_tables, edits_to_show
 from wentry_cli.runner.plan import Choice, Step, changed_by_hand, plan
 from wentry_cli.runner.processed import Campaign, processed
 
@@ -54,8 +55,35 @@ def to_fit(results: Path, only: tuple[str, ...] = ()) -> Campaign:
 def notes_to_report(results: Path, campaign: Campaign) -> list[str]:
     """A sentence for each complete drop of ``campaign`` whose tables are not those of today's files."""
     notes = []
-    failed = {failure.drop for failure in campaign.failures}
-    for drop in campaign.drops:
+    for drop, step, wrong in _changes(results, campaign.drops, {failure.drop for failure in campaign.failures}):
+        if step is None:
+            notes.append(f"{wrong}; the report shows what was measured before")
+        else:
+            command = f"wentry fit {results}" if step.stage.command == "fit" else _process(results, drop)
+            notes.append(f"{_changed(drop, step)}; the report shows what was there before: run `{command}`")
+    return notes
+
+
+def notes_to_show(results: Path, drops: Iterable[Drop], failed: Collection[str] = ()) -> list[list[str]]:
+    """What a report says of tables that are not those of today's files: drop, stage and sentence, by drop.
+
+    Those of ``failed`` drops it shows as they are, and says why they failed. No sentence depends on where RESULTS is.
+    """
+    drops = list(drops)
+    rows = [[drop.name, stage, told] for drop in drops for stage, told in edits_to_show(results / drop.name)]
+    for drop, step, wrong in _changes(results, drops, failed):
+        if step is None:
+            rows.append([drop.name, "", f"{'; '.join(wrong.splitlines())}; what was measured before is shown"])
+        else:
+            rows.append([drop.name, step.stage.name, f"{step.reason} since; what was there before is shown"])
+    return sorted(rows, key=lambda row: row[0])
+
+
+def _changes(
+    results: Path, drops: Iterable[Drop], failed: Collection[str]
+) -> Iterator[tuple[Drop, Step[Stage] | None, str]]:
+    """The drops but those that ``failed`` whose files say otherwise than when a step was done, or are wrong now."""
+    for drop in drops:
         if drop.name in failed:
             continue
         try:
@@ -64,12 +92,10 @@ def notes_to_report(results: Path, campaign: Campaign) -> list[str]:
             for view in today.experiment.sides if step is None else ():
                 today.existing_source(view)
         except WentryError as error:
-            notes.append(f"{error}; the report shows what was measured before")
-            continue
-        if step is not None:
-            command = f"wentry fit {results}" if step.stage.command == "fit" else _process(results, today)
-            notes.append(f"{_changed(today, step)}; the report shows what was there before: run `{command}`")
-    return notes
+            yield drop, None, str(error)
+        else:
+            if step is not None:
+                yield today, step, ""
 
 
 def _measured_before(results: Path, today: Drop) -> list[str]:
