@@ -57,7 +57,7 @@ def calibrate_compression(
     if fit.status == "ok":
         _keep_curve(results, test, row, fit)
     if fit.status != "ok":
-        few = f"it has {fit.points} points with a load and needs {FEWEST_POINTS}"
+        few = f"it has {fit.points} of the {FEWEST_POINTS} points with a load that are needed"
         reason = few if fit.status == "too_few" else "the force does not follow the curve"
         raise TooFewMeasurementsError(
             f"{test.path}: G_inf is not determined, {reason}; check the units in the header, the signs and --diameter-m"
