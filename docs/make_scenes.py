@@ -18,7 +18,8 @@ HEAD = """# Scene files
 Made from `wentry_cli/synthetic/scene.py` by `make tables`. `wentry render SCENES.yaml -o FOLDER` draws each drop of a
 scene file into FOLDER/NAME: the frames of its views, the `experiment.yaml` that a laboratory would write, and `truth/`,
 which `wentry compare RESULTS FOLDER` holds the results against. `--drop NAME` draws that one alone. The same file gives
-the same frames; a folder that holds something else than a rendering is never cleared.
+the same frames; a folder that holds something else than a rendering is never cleared. Materials that the packaged
+`configs/materials.yaml` does not have are written into FOLDER/materials.yaml, where `wentry run FOLDER` finds them.
 
 A scene of one's own:
 ```yaml

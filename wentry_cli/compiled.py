@@ -25,7 +25,7 @@ T = TypeVar("T")
 PACKAGE = Path(__file__).resolve().parent
 KERNELS = "kernels-{room}-{digest}"  # below the package's __pycache__, or below NUMBA_CACHE_DIR
 ARITHMETIC: dict[str, Any] = {"nogil": True, "fastmath": False, "error_model": "numpy"}
-FIRST_RUN = "first run: the numerics are compiled now, once, which takes some minutes"
+FIRST_RUN = "first run: the numerics of this command are compiled now, once; this takes some minutes"
 KEPT_S = 86_400.0  # another process may still use yesterday's kernels
 _IMPORT = re.compile(r"wentry_cli\.(\w+)")
 

@@ -53,6 +53,7 @@ def test_a_failed_test_keeps_the_good_row(tmp_path, wentry):
     (tmp_path / "short.csv").write_text("displacement_m,force_N\n0,0\n0.001,1\n0.002,2\n", encoding="utf-8")
     done = wentry("calibrate", "compression", tmp_path / "short.csv", *words)
     assert done.code == 5
+    assert "G_inf is not determined, it has 2 of the 6 points with a load that are needed; check the units" in done.err
     assert "the good row of an earlier calibration stays" in done.err
     assert (tmp_path / "r" / "materials.csv").read_bytes() == before
     assert len(read_table(tmp_path / "r", "compression")) == 40

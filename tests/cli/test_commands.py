@@ -164,6 +164,18 @@ def test_dry_run_tells_the_plan_and_does_nothing(tmp_path: Path) -> None:
     assert not (tmp_path / "results").exists()
 
 
+@pytest.mark.parametrize("words", [("check",), ("process", "-n"), ("run", "-n")])
+def test_where_nothing_was_run_no_drop_is_called_complete(tmp_path: Path, words: tuple[str, ...]) -> None:
+    for name in ("a", "b"):
+        folder = _drop(tmp_path / "campaign" / name, EXPERIMENT if name == "a" else EXPERIMENT.replace("rigid", "none"))
+        (folder / "side").mkdir()
+        for number in range(12):
+            (folder / "side" / f"side_{number}.png").write_bytes(png(np.zeros((8, 8), np.uint8), 8))
+    done = wentry(words[0], "campaign", *words[1:], cwd=tmp_path)
+    assert done.returncode == 6
+    assert done.stderr.splitlines()[-1] == "1 of 2 drops cannot be processed: b; nothing was run"
+
+
 def test_the_campaign_that_is_inherited_is_named(tmp_path: Path) -> None:
     for name in ("campaign/day/a", "campaign/1/2/3/4/b"):
         folder = _drop(tmp_path / name, EXPERIMENT.replace("kind: water_entry\n", ""))

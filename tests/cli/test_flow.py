@@ -75,6 +75,19 @@ def test_a_changed_table_is_told_and_drawn(wentry: Command, results: Path) -> No
     assert "report done" in wentry("report", results).err
 
 
+def test_a_table_edited_by_hand_is_told_in_the_report_too(wentry: Command, results: Path) -> None:
+    path, page = results / "small" / "kinematics.csv", results / "report.html"
+    sentence, text = "kinematics.csv is not as this stage wrote it; its numbers are shown, and used", path.read_text()
+    assert sentence not in page.read_text(encoding="utf-8")
+    path.write_text(text + "\n")
+    assert "report done" in wentry("report", results).err
+    assert sentence in page.read_text(encoding="utf-8")
+    assert "show today's results already" in wentry("report", results).err
+    path.write_text(text)
+    assert "report done" in wentry("report", results).err
+    assert sentence not in page.read_text(encoding="utf-8")
+
+
 @pytest.mark.parametrize(
     ("words", "steps"),
     [

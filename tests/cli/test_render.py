@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import yaml
 
 from tests.cli.conftest import SMALL, Command
 from wentry_cli import compiled
+from wentry_cli.config.materials import packaged_config, read_materials
 from wentry_cli.runner.lock import locked
 from wentry_cli.synthetic.frame_writers import ImageWriter
 
@@ -42,9 +44,10 @@ def test_the_first_run_is_told(
         return True
 
     monkeypatch.setattr(compiled, "compiles_anew", anew)
-    assert wentry("render", scenes, "-o", tmp_path / "videos").err.startswith("first run: the numerics are compiled")
+    first = "first run: the numerics of this command are compiled now, once; this takes some minutes\n"
+    assert wentry("render", scenes, "-o", tmp_path / "videos").err.startswith(first)
     told = wentry("process", video, "-o", tmp_path / "results", "--until", "track")
-    assert told.err.startswith("first run: the numerics are compiled now")
+    assert told.err.startswith(first)
     wentry("fit", tmp_path / "results")
     assert needed == [{"synthetic"}, {"contours"}, set()]
 
@@ -61,6 +64,49 @@ def test_a_full_disk_is_one_sentence(
     assert done.err.startswith(f"{tmp_path / 'videos' / 'small'}: cannot be written (No space left on device)")
     assert done.err.count("\n") == 1
     assert not (tmp_path / "videos" / "small" / "experiment.yaml").exists()  # no drop for `wentry process`
+
+
+LAW = {"g_inf_pa": 6700.0, "g_t_pa": 8000.0, "n": -0.19, "eps0_dot_1_s": 0.02}
+
+
+def _soft(path: Path, drops: list[str], **materials: object) -> Path:
+    """A scenes file of short films of spheres, each of the material of its name."""
+    side = {**SMALL["side"], "width": 64, "height": 100, "scale_px_per_m": 250, "surface_y_px": 30.4}
+    short = {"side": side, "impact_speed_m_s": 3.0, "clip": {"before_s": 0.006, "longest_s": 0.014}}
+    given = [{"name": name, "sphere": {"diameter_m": 0.051, "material": name}, **short} for name in drops]
+    path.write_text(json.dumps({"drops": given, "materials": materials or str(packaged_config("materials.yaml"))}))
+    return path
+
+
+def test_materials_of_a_scene_lie_beside_its_drops(wentry: Command, tmp_path: Path) -> None:
+    videos = tmp_path / "videos"
+    file = videos / "materials.yaml"
+    done = wentry("render", _soft(tmp_path / "a.yaml", ["soft"], soft=LAW, spare=LAW), "-o", videos)
+    assert done.code == 0, done.err
+    assert wentry("check", videos).code == 0, "the material is found"
+    assert read_materials(file)["soft"].g_t_pa == 8000.0
+    assert not list(videos.glob("*.part"))
+    before = file.read_bytes()
+    assert wentry("render", tmp_path / "a.yaml", "-o", videos).code == 0
+    assert file.read_bytes() == before
+    known = _soft(tmp_path / "b.yaml", ["dragonskin_6p70_small"])
+    assert wentry("render", known, "-o", videos).code == 0
+    assert wentry("check", videos).code == 0, "drops of both scenes are there, and both materials"
+    assert wentry("render", known, "-o", tmp_path / "others").code == 0
+    assert not (tmp_path / "others" / "materials.yaml").exists(), "the packaged file has it"
+
+
+def test_materials_that_no_rendering_wrote_are_left_alone(wentry: Command, tmp_path: Path) -> None:
+    file = tmp_path / "videos" / "materials.yaml"
+    file.parent.mkdir()
+    file.write_text("materials: {}\n")
+    done = wentry("render", _soft(tmp_path / "a.yaml", ["soft"], soft=LAW), "-o", tmp_path / "videos")
+    assert done.code == 4
+    assert done.err.endswith(
+        f"{file}: not written by `wentry render`; move it away, or choose another folder with -o\n"
+    )
+    assert file.read_text() == "materials: {}\n"
+    assert not (tmp_path / "videos" / "soft").exists()
 
 
 def test_two_do_not_draw_into_one_folder(wentry: Command, scenes: Path, tmp_path: Path) -> None:

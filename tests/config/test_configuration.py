@@ -55,7 +55,19 @@ def test_a_good_file_is_read(tmp_path: Path) -> None:
         (("1070", "1.07"), "sphere.density_kg_m3: must be at least 10 kg/m³, not 1.07; 1.07 g/cm³ is 1070 kg/m³"),
         (("0.051", "true"), "sphere.diameter_m: must be a number, not True"),
         (("0.051", ".nan"), "sphere.diameter_m: must be"),
-        (("0.051", "51 mm"), "sphere.diameter_m: must be a number, not '51 mm'"),
+        (("0.051", "51 mm"), "sphere.diameter_m: must be a number in metres, as 0.051, not '51 mm'"),
+        (("0.051", '"5,1cm"'), "sphere.diameter_m: must be a number in metres, as 0.051, not '5,1cm'"),
+        (("0.051", "51 inches"), "sphere.diameter_m: must be a number, not '51 inches'"),
+        (("1070", "1.07 g/cm3"), "sphere.density_kg_m3: must be a number in kg/m³, as 1070, not '1.07 g/cm3'"),
+        (
+            ("fps: 2000", "fps: 2 kHz"),
+            "views.side.fps: must be a number in frames/s, as 2000, or 'from_header', not '2 kHz'",
+        ),
+        (
+            ("fps: 2000", "scale_px_per_m: {air: 4 px/mm}"),
+            "scale_px_per_m.air: must be a number in px/m, as 4000, or 'auto', not '4 px/mm'",
+        ),
+        (("fps: 2000", "scale: 4000"), "4:24: error: views.side.scale: unknown key; did you mean scale_px_per_m?"),
         (("fps: 2000", "fps: 0"), "4:24: error: views.side.fps: must be at least 0.01 frames/s, not 0"),
         (("fps: 2000", "fps: fast"), "views.side.fps: must be a number or 'from_header', not 'fast'"),
         (("fps: 2000", "frames: [9, 1]"), "the first frame 9 lies after the last 1"),
@@ -221,6 +233,52 @@ def test_own_materials_stand_beside_the_campaign(tmp_path: Path) -> None:
     drop = read_drop("a", _write(tmp_path / "a", GOOD.replace("rigid", "jelly")))
     assert drop.material is not None
     assert drop.material.g_inf_pa == 900
+
+
+JELLY = "materials: {jelly: {g_inf_pa: 900, g_t_pa: 900, n: -0.5, eps0_dot_1_s: 0.01}}\n"
+SOFTER = JELLY.replace("g_inf_pa: 900", "g_inf_pa: 800")
+
+
+def _modulus(folder: Path, top: Path | None = None) -> float:
+    material = read_drop("a", folder, top=top).material
+    assert material is not None
+    return material.g_inf_pa
+
+
+def test_own_materials_need_no_campaign_file(tmp_path: Path) -> None:
+    deep = _write(tmp_path / "1" / "2" / "3" / "4" / "a", GOOD.replace("rigid", "jelly"))
+    _write(tmp_path, JELLY, "materials.yaml")
+    assert _modulus(deep, tmp_path) == 900, "at any depth below VIDEO_DIR"
+    _write(tmp_path / "1" / "2", SOFTER, "materials.yaml")
+    assert _modulus(deep, tmp_path) == 800, "the nearest holds"
+    _write(deep, JELLY, "materials.yaml")
+    assert _modulus(deep, tmp_path) == 900
+    _write(tmp_path / "1", "", "campaign.yaml")
+    _write(tmp_path / "1", SOFTER, "materials.yaml")
+    assert _modulus(deep, tmp_path) == 800, "what lies beside campaign.yaml comes first"
+    (tmp_path / "1" / "materials.yaml").unlink()
+    assert _modulus(deep, tmp_path) == 900, "where nothing does, the nearest holds too"
+
+
+def test_materials_above_a_drop_run_alone_are_used_and_told(tmp_path: Path) -> None:
+    folder = _write(tmp_path / "a", GOOD.replace("rigid", "jelly"))
+    _write(tmp_path, JELLY, "materials.yaml")
+    assert _modulus(folder) == 900
+    assert read_campaign(folder).notes == [f"{tmp_path / 'materials.yaml'}, above {folder}, gives the materials"]
+    assert read_campaign(tmp_path).notes == []
+
+
+def test_an_unknown_material_is_told_where_ones_own_belong(tmp_path: Path) -> None:
+    _write(tmp_path / "a", GOOD.replace("rigid", "jelly"))
+    told = f"write a material of your own into {tmp_path / 'materials.yaml'}"
+    with pytest.raises(ConfigurationError, match=re.escape(told)) as caught:
+        read_drop("a", tmp_path / "a", top=tmp_path)
+    assert "sphere.material: jelly does not stand in the packaged materials.yaml; known: drag" in str(caught.value)
+    _write(tmp_path, JELLY.replace("jelly", "jello"), "materials.yaml")
+    with pytest.raises(ConfigurationError) as caught:
+        read_drop("a", tmp_path / "a", top=tmp_path)
+    told = f"sphere.material: jelly does not stand in {tmp_path / 'materials.yaml'}; did you mean jello?"
+    assert str(caught.value).endswith(told)
 
 
 def test_what_every_drop_overrides_is_checked_too(tmp_path: Path) -> None:

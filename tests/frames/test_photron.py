@@ -123,6 +123,32 @@ def test_a_truncated_mraw_says_what_is_whole_and_how_to_use_it(tmp_path: Path) -
 
 
 @pytest.mark.parametrize(
+    ("claimed", "fits"),
+    [
+        ({"height": 50}, " (they would be 20 frames of 64 x 40 pixels, 8 bit)"),  # 16 frames of the header
+        ({"height": 48}, " (they would be 20 frames of 64 x 40 pixels, 8 bit)"),
+        ({"width": 71}, " (they would be 20 frames of 64 x 40 pixels, 8 bit)"),
+        ({"bits": 16, "depth": 12}, " (they would be 20 frames of 64 x 40 pixels, 8 bit)"),
+        ({"height": 30}, " (they would be 20 frames of 64 x 40 pixels, 8 bit)"),  # more than the header claims
+        ({"frames": 19}, ""),
+    ],
+)
+def test_a_header_of_other_data_is_no_cut_copy(tmp_path: Path, claimed: dict[str, int], fits: str) -> None:
+    path = write_photron(tmp_path, cih(**{"width": 64, "height": 40, "frames": 20, **claimed}), bytes(64 * 40 * 20))
+    with pytest.raises(InputError) as caught:
+        open_recording(path)
+    assert f"; header and data disagree{fits}: use the header and MRAW that were saved together" in str(caught.value)
+    assert "frames: [0" not in str(caught.value)
+
+
+@pytest.mark.parametrize(("size", "last"), [(64 * 40 * 19, 18), (64 * 40 * 15 + 1000, 14), (64 * 40 * 15 - 1, 13)])
+def test_a_copy_that_ends_early_can_be_used(tmp_path: Path, size: int, last: int) -> None:
+    path = write_photron(tmp_path, cih(width=64, height=40, frames=20), bytes(size))
+    with pytest.raises(InputError, match=rf"copy both again, or set `frames: \[0, {last}\]`"):
+        open_recording(path)
+
+
+@pytest.mark.parametrize(
     ("changes", "sentence"),
     [
         ({"frames": 2}, "72 bytes, but clip.cih claims 48"),

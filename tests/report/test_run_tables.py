@@ -37,3 +37,12 @@ def test_how_a_drop_was_filmed_is_as_the_tracking_used_it() -> None:
         ("one, side", "2", "4000", "50", "1.80000 ± 0.00040", "1.89", "cihx", "air diameter"),
         ("one, top", "1", "1000", "–", "–", "–", "–", "–"),
     )
+
+
+def test_notes_of_the_run_stand_with_their_drop() -> None:
+    none = pd.DataFrame()
+    drops = tuple(DropResults(name, {}, {}, (), {}, {"track": {"warnings": ["dim"]}}) for name in ("one", "two"))
+    run = {"notes": [["one", "stretch", "stretch.csv is not as this stage wrote it"], ["gone", "", "x"], "damaged"]}
+    campaign = Campaign(Path("results"), drops, none, none, none, none, none, run)
+    told = ("one", "stretch", "stretch.csv is not as this stage wrote it")
+    assert warning_table(campaign).rows == (("one", "track", "dim"), told, ("two", "track", "dim"))

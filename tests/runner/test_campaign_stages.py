@@ -13,11 +13,13 @@ import pytest
 from wentry_cli.config.campaign import Drop, read_drop
 from wentry_cli.errors import InputError, WentryError
 from wentry_cli.pipeline import CAMPAIGN_STAGES, campaign_stages_of, stages_of
+from wentry_cli.provenance import digest_of_file
+from wentry_cli.runner import commands
 from wentry_cli.runner import plan as plan_module
 from wentry_cli.runner.campaign_stages import Members, plan_campaign, run_campaign_stages
 from wentry_cli.runner.drop import Event
 from wentry_cli.runner.plan import Choice
-from wentry_cli.runner.record import write_drop, write_run
+from wentry_cli.runner.record import note_stage, write_drop, write_run
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 
 EXPERIMENT = """\
@@ -101,6 +103,29 @@ def test_each_thing_that_is_read_makes_it_stale_by_name(members: Members) -> Non
     assert _reasons(members)["report"] == ("run", "list of failures changed")
 
 
+def test_a_table_that_was_edited_is_noted_and_the_report_stale(members: Members) -> None:
+    digest = digest_of_file(members.results / "a" / "summary.csv")
+    note_stage(members.results / "a", "summary", {"outputs": {"summary": digest}})
+    _run(members)
+    _summarise(members.results, "a", 4.0)
+    edited = replace(members)
+    assert edited.notes == [["a", "summary", "summary.csv is not as this stage wrote it; it is shown as it is"]]
+    _run(edited)
+    assert _reasons(edited)["report"][0] == "fresh"
+    note_stage(members.results / "a", "summary", {})
+    assert _reasons(replace(members))["report"] == ("run", "list of notes changed")
+
+
+def test_a_drop_that_failed_before_and_is_mended_takes_part(members: Members, monkeypatch: pytest.MonkeyPatch) -> None:
+    wrong = {"stage": "configuration", "exit_code": 3, "sentence": "wrong"}
+    write_run(members.results, "run", {"b": wrong}, set())
+    monkeypatch.setattr("wentry_cli.runner.processed.stages_of", lambda *_: [])
+    monkeypatch.setattr(commands, "run_campaign", lambda *_: [])
+    order = commands.Order("run", Choice(until="scaling"))
+    commands.work(commands.Campaign(members.drops), members.results, order, lambda _: None)
+    assert read_table(members.results, "summary")["drop"].tolist() == ["a", "b"]
+
+
 def test_the_command_alone_makes_nothing_stale(members: Members) -> None:
     _run(members)
     write_run(members.results, "fit", {}, set())
@@ -126,7 +151,7 @@ def test_a_failed_drop_takes_no_part_but_is_shown(members: Members) -> None:
     assert not has_table(members.results, "summary"), "no table outlives its inputs"
     assert _reasons(replace(members, failed=frozenset({"a", "b"})))["scaling"] == (
         "not_needed",
-        "no drop has a summary yet",
+        "no drop that has a summary is complete",
     )
 
 

@@ -25,6 +25,7 @@ from wentry_cli.runner.lock import locked
 from wentry_cli.runner.plan import Choice, plan
 from wentry_cli.runner.record import write_drop, write_run
 from wentry_cli.runner.status import campaign_status
+from wentry_cli.runner.today import to_fit
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 
 ALL = Choice()
@@ -165,6 +166,32 @@ def test_fit_refuses_what_was_not_measured(results: Path, drop: Drop, ran: list[
     assert write_run(results, "process", {}, {"video"})["failures"] == {}
 
 
+@pytest.mark.parametrize("edit", ["table", "version", "recording", "none"])
+def test_fit_refuses_keys_that_changed_whatever_else_did(
+    results: Path, drop: Drop, ran: list[str], monkeypatch: pytest.MonkeyPatch, edit: str
+) -> None:
+    """Its own stages read the keys of today, and would mix them with tables of those before."""
+    monkeypatch.setattr("wentry_cli.runner.processed.stages_of", lambda *_: TWO)
+    monkeypatch.setattr("wentry_cli.runner.today.stages_of", lambda *_: TWO)
+    _run(results, drop)
+    assert to_fit(results).failures == []
+    experiment = drop.folder / "experiment.yaml"
+    experiment.write_text(EXPERIMENT.replace("0.051", "0.0509"))
+    if edit == "table":
+        path = results / "video" / "geometry.csv"
+        path.write_text(path.read_text().replace("2000", "2001"))
+    elif edit == "version":
+        monkeypatch.setattr(plan_module, "__version__", "another")
+    elif edit == "recording":
+        (drop.folder / "side").rmdir()
+    with pytest.raises(
+        InputError, match=r"video: configuration sphere\.diameter_m changed since track was done; run `"
+    ):
+        to_fit(results)
+    experiment.write_text(EXPERIMENT)
+    assert to_fit(results).failures == []
+
+
 def test_status_tells_what_the_plan_would_do(results: Path, drop: Drop, ran: list[str]) -> None:
     _run(results, drop)
     (results / "video" / "frames.csv").unlink()
@@ -172,6 +199,24 @@ def test_status_tells_what_the_plan_would_do(results: Path, drop: Drop, ran: lis
     assert states["ingest"] == ("stale", "frames.csv was changed or removed")
     assert states["track"] == ("stale", "ingest runs before it")
     assert states["stretch"][0] == "not needed"
+
+
+def test_a_table_that_was_removed_leaves_what_is_over_all_drops_stale(
+    results: Path, drop: Drop, ran: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    summary = next(stage for stage in STAGES if stage.name == "summary")
+    module = types.ModuleType("summary")
+    module.run = lambda folder, _: write_table(folder, "summary", new_table("summary", {"drop": ["video"]}))  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "wentry_cli.stages.summary", module)
+    three = [*TWO, summary]
+    monkeypatch.setattr("wentry_cli.runner.status.ALL_STAGES", three)
+    monkeypatch.setattr("wentry_cli.runner.processed.stages_of", lambda *_: three)
+    _run(results, drop, stages=three)
+    assert campaign_status(results)["*"]["scaling"] == ("stale", "not run yet")
+    (results / "video" / "geometry.csv").unlink()
+    states = campaign_status(results)
+    assert states["video"]["summary"] == ("stale", "track runs before it")
+    assert states["*"]["scaling"] == ("stale", "summary of video runs before it")
 
 
 def test_warnings_stay_with_what_was_done(

@@ -20,6 +20,7 @@ from wentry_cli.synthetic.scene import Scene
 from wentry_cli.tables import read_table
 
 __all__ = ["wentry"]
+CHANGED = "configuration condition changed since; what was there before is shown"
 SET = "liquid.surface_tension_n_m=0.07"
 
 
@@ -62,10 +63,13 @@ def test_fit_uses_what_its_own_stages_read_as_it_is_now(made: Path, experiment: 
     assert told.code == 0
     assert "small: configuration condition changed since summary was done; the report shows what was" in told.err
     assert f"run `wentry fit {results}`" in told.err
+    assert "report done" in told.err
+    assert CHANGED in (results / "report.html").read_text(encoding="utf-8")
     assert wentry("fit", results).code == 0
     assert read_table(results / "small", "summary")["condition"].tolist() == ["edited"]
     assert {state for state, _ in campaign_status(results)["small"].values()} == {"fresh", "not needed"}
     assert wentry("report", results).err.startswith("report done")
+    assert CHANGED not in (results / "report.html").read_text(encoding="utf-8")
 
 
 def test_fit_refuses_what_was_measured_otherwise(made: Path, experiment: Path, wentry: Command) -> None:
@@ -82,6 +86,15 @@ def test_fit_refuses_what_was_measured_otherwise(made: Path, experiment: Path, w
         assert told.out == ""
     assert (results / "summary.csv").read_bytes() == before
     assert "changed since track was done" in wentry("report", results).err
+    side = results / "small" / "side.csv"
+    text = side.read_text()
+    side.write_text(text.replace("ok", "poor_fit", 1))
+    told = wentry("fit", results)
+    assert told.code == 4, "an edited table does not hide the edited key"
+    assert "configuration sphere.diameter_m changed since track was done" in told.err
+    assert (results / "summary.csv").read_bytes() == before
+    assert "changed since track was done" in wentry("report", results).err
+    side.write_text(text)
     _edit(experiment, "diameter_m: 0.0509", "diameter_m: 0.051")
     assert wentry("fit", results).code == 0, "a refusal does not stick"
 

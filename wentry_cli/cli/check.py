@@ -44,7 +44,7 @@ def command(
             if seen.facts and not frames:
                 thorough = f"wentry check {video_dir} --frames"
                 click.echo(f"headers alone were read; {thorough} reads every frame and names damaged ones", err=True)
-    commands.raise_failures(campaign)
+    commands.raise_failures(campaign, "processed")
 
 
 def _show(facts: dict[str, dict[str, str]], files: dict[str, dict[str, str | None]]) -> None:

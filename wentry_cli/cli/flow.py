@@ -48,7 +48,8 @@ class Flow:
         else:
             self._work(campaign, order, farewell)
         if order.measures:
-            raise_failures(campaign)
+            verb = "fitted" if command == "fit" else "processed"
+            raise_failures(campaign, verb if self.dry_run else "")
 
     def _show(self, campaign: Campaign, order: Order) -> None:
         from wentry_cli.cli.console import show_plan

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from wentry_cli.comparison.hand_table import read_hand_table, read_numbers
+from wentry_cli.comparison.pairs import TRUTH_TABLE, truths_of
 from wentry_cli.comparison.statistics import ErrorStatistics, error_statistics
 from wentry_cli.config.places import read_document
 from wentry_cli.errors import InputError
@@ -66,8 +67,8 @@ class Comparison:
 def compare(results: Path, truth: Path, only: Sequence[str] = ()) -> list[Comparison]:
     """Compare every drop of ``results`` that has a truth, or those named in ``only``.
 
-    ``truth`` is a folder as ``wentry render`` writes it (drops with ``truth/``), or a hand-tracked table of one drop
-    (see ``read_hand_table``). Raises ``InputError`` where nothing can be compared.
+    ``truth`` is a folder as ``wentry render`` writes it (drops with ``truth/``), one of its drops, or a hand-tracked
+    table of one drop (see ``read_hand_table``). Raises ``InputError`` where nothing can be compared.
     """
     drops = sorted(path.parent for path in results.glob(f"*/{DROP}"))
     unknown = sorted(set(only) - {folder.name for folder in drops})
@@ -85,23 +86,15 @@ def compare(results: Path, truth: Path, only: Sequence[str] = ()) -> list[Compar
         accepted = tuple(dict.fromkeys(column for *_, column in SERIES))
         found = list(_against_table(drops[0], read_hand_table(truth, drops[0], accepted)))
     else:
-        found = [line for folder in drops for line in _against_truth(folder, _truth_folder(truth, folder.name))]
+        pairs = truths_of(results, [folder.name for folder in drops], truth)
+        found = [line for drop, place in pairs.items() for line in _against_truth(results / drop, place)]
     if not found:
-        raise InputError(
-            f"{truth}: holds no truth for the drops of {results}; give the folder that `wentry render` wrote"
-        )
+        raise InputError(f"{results}: holds no table to compare with {truth}; run `wentry run` on its videos first")
     return found
 
 
-def _truth_folder(truth: Path, drop: str) -> Path:
-    below = truth / Path(*drop.split("__")) / "truth"
-    return below if below.is_dir() else truth / "truth"
-
-
 def _against_truth(folder: Path, truth: Path) -> Iterator[Comparison]:
-    table = truth / "truth.csv"
-    if not table.is_file():
-        return
+    table = truth / TRUTH_TABLE
     frame = read_numbers(table, {"frame", *(column for *_, column in SERIES)})
     if "frame" not in frame:
         raise InputError(f"{table}: has no column frame; give the folder that `wentry render` wrote")

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from wentry_cli.config.corrections import Corrections, read_corrections
-from wentry_cli.config.inheritance import Shared, find_shared
+from wentry_cli.config.inheritance import MATERIALS, Shared, find_materials, find_shared
 from wentry_cli.config.materials import Material, calibrated, find_material, packaged_config
 from wentry_cli.config.messages import located, validate, validate_part
 from wentry_cli.config.models import Experiment, View
@@ -35,7 +35,7 @@ class Drop:
     folder: Path
     experiment: Experiment
     material: Material | None = None
-    materials_path: Path = field(default_factory=lambda: packaged_config("materials.yaml"))
+    materials_path: Path = field(default_factory=lambda: packaged_config(MATERIALS))
     corrections: Corrections = field(default_factory=Corrections)
     top: Path | None = None
     shared: Shared = field(default_factory=Shared)
@@ -187,11 +187,11 @@ def read_drop(name: str, folder: Path, overrides: Document | None = None, top: P
     experiment = validate(Experiment, document)
     with problems.part():
         refuse_implausible(experiment, folder, document)
-    beside = (shared.path.parent if shared.path else folder) / "materials.yaml"
-    materials = beside if beside.is_file() else packaged_config("materials.yaml")
+    own = find_materials(folder, top or folder, shared.path).path
+    materials = own or packaged_config(MATERIALS)
     material, corrections = None, Corrections()
     with problems.part():
-        material = _material(experiment, materials, document)
+        material = _material(experiment, materials, document, where=None if own else (top or folder) / MATERIALS)
     with problems.part():
         corrections = read_corrections(folder, experiment)
     problems.complain()
@@ -248,9 +248,12 @@ def _has_keys(value: object) -> bool:
     return value is None or isinstance(value, dict)
 
 
-def _material(experiment: Experiment, materials: Path, document: Document) -> Material | None:
+def _material(
+    experiment: Experiment, materials: Path, document: Document, *, where: Path | None = None
+) -> Material | None:
+    """``where`` a file of the user's own would be found, if there is none yet."""
     try:
-        return find_material(experiment.sphere.material, materials)
+        return find_material(experiment.sphere.material, materials, where)
     except ConfigurationError as error:
         if "sphere.material" not in str(error):
             raise

@@ -1,4 +1,4 @@
-"""Materials: the user's ``materials.yaml`` beside the campaign, else the packaged Table 1, else a calibration."""
+"""Materials: the user's ``materials.yaml`` (find_materials), else the packaged Table 1, else a calibration."""
 
 from __future__ import annotations
 
@@ -68,15 +68,20 @@ def _only_materials(document: Document) -> Document:
     return Document({**document.data, "materials": soft}, document.places)
 
 
-def find_material(key: str | None, path: Path) -> Material | None:
-    """The material ``key`` of ``path``; ``None`` for a rigid sphere or where no material was named."""
+def find_material(key: str | None, path: Path, own: Path | None = None) -> Material | None:
+    """The material ``key`` of ``path``; ``None`` for a rigid sphere or where no material was named.
+
+    ``own`` is where a file of the user's would be found, where ``path`` is not one.
+    """
     if key is None or key == RIGID:
         return None
     known = read_materials(path)
     if key not in known:
         near = difflib.get_close_matches(key, [*known, RIGID], n=1)
         hint = f"did you mean {near[0]}?" if near else f"known: {', '.join([*known, RIGID])}"
-        raise ConfigurationError(f"sphere.material: {key} does not stand in {path}; {hint}")
+        file = path if own is None else f"the packaged {path.name}"
+        mend = "" if own is None else f"; write a material of your own into {own}"
+        raise ConfigurationError(f"sphere.material: {key} does not stand in {file}; {hint}{mend}")
     return known[key]
 
 

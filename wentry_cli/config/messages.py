@@ -10,7 +10,7 @@ from typing import Any, TypeVar, get_args
 from pydantic import BaseModel, ValidationError
 
 from wentry_cli.config.places import Document, KeyPath
-from wentry_cli.config.units import probably_meant, unit_of
+from wentry_cli.config.units import probably_meant, unit_of, with_its_unit
 from wentry_cli.errors import ConfigurationError
 
 M = TypeVar("M", bound=BaseModel)
@@ -20,7 +20,7 @@ _PLAIN = {
     "greater_than": "must be greater than {gt:g}{unit}, not {input}",
     "greater_than_equal": "must be at least {ge:g}{unit}, not {input}{meant}",
     "less_than_equal": "must be at most {le:g}{unit}, not {input}{meant}",
-    "float_type": "must be a number, not {input}",
+    "float_type": "must be a number{as_number} not {input}",
     "int_type": "must be a whole number, not {input}",
     "finite_number": "must be a finite number, not {input}",
     "string_type": "must be text, not {input}",
@@ -102,9 +102,19 @@ def _message(problem: Any, path: KeyPath, model: type[BaseModel]) -> str:
     if problem["input"] is None and kind != "missing":
         return "is left empty; fill it in"
     sentence = _PLAIN.get(kind, "cannot be {input}")
-    context, key = _context(problem), str(path[-1]) if path else ""
+    context, key = _context(problem), _name_of(path)
     meant = probably_meant(key, problem["input"], low=context.get("ge"), high=context.get("le"))
-    return sentence.format(input=_shown(problem["input"]), unit=unit_of(key), meant=meant, **context)
+    converted = with_its_unit(key, problem["input"])
+    if converted and kind == "form":
+        context["expected"] = context["expected"].replace("a number", "a number" + converted)
+    as_number = converted or ","
+    shown = _shown(problem["input"])
+    return sentence.format(input=shown, unit=unit_of(key), meant=meant, as_number=as_number, **context)
+
+
+def _name_of(path: KeyPath) -> str:
+    """The last part of ``path`` that tells a unit: ``air`` and ``water`` have that of their scale."""
+    return str(path[-2] if path[-1:] in (("air",), ("water",)) else path[-1]) if path else ""
 
 
 def _context(problem: Any) -> dict[str, Any]:
@@ -117,8 +127,9 @@ def _shown(value: Any) -> str:
 
 
 def _did_you_mean(path: KeyPath, model: type[BaseModel]) -> str:
-    known = sorted(_known_keys(path[:-1], model))
-    near = difflib.get_close_matches(str(path[-1]), known, n=1, cutoff=0.6)
+    known, key = sorted(_known_keys(path[:-1], model)), str(path[-1])
+    longer = [name for name in known if name.startswith(f"{key}_")]  # the unit was left out
+    near = longer or difflib.get_close_matches(key, known, n=1, cutoff=0.6)
     return f"; did you mean {near[0]}?" if near else f"; known here: {', '.join(known)}"
 
 

@@ -17,6 +17,9 @@ from wentry_cli.frames.packed import unpack_12bit
 from wentry_cli.frames.photron_header import PhotronHeader, read_photron_header
 from wentry_cli.frames.reader import Frame, RecordingInfo, Region, checked_index, checked_region
 
+ALMOST_ALL = 0.9  # of the frames: what ends with one of the last ended early, though others might fill the file
+STORED_BITS = (8, 12, 16)
+
 
 def open_photron(path: Path, frames: tuple[int, int] | None = None) -> PhotronRecording:
     """Open the recording of ``path``, its header or its MRAW.
@@ -64,8 +67,31 @@ def _whole_frames(header: PhotronHeader, mraw: BlockFile, frames: tuple[int, int
     )
     if whole == 0:
         raise InputError(f"{sizes}; not one frame is whole: use the header and MRAW that were saved together")
+    other = _as_it_would_fit(header, mraw.size)
+    almost_all = mraw.size * 8 % header.frame_bits == 0 and whole >= ALMOST_ALL * header.frames
+    if mraw.size > claimed or (other and not almost_all):
+        fits = f" (they would be {other})" if other else ""
+        raise InputError(
+            f"{sizes}; header and data disagree{fits}: use the header and MRAW that were saved together, or check "
+            "width, height, bits and number of frames in the header"
+        )
     advice = f"copy both again, or set `frames: [0, {whole - 1}]` in the view to use the {whole} that are whole"
     raise InputError(f"{sizes}; {advice}")
+
+
+def _as_it_would_fit(header: PhotronHeader, size: int) -> str:
+    """The pictures of another depth, height or width that fill ``size`` bytes, in the number of the header; or none.
+
+    A copy that was cut short does so by chance alone, unless it ends with a frame.
+    """
+    width, height, bits = header.width, header.height, header.stored_bits
+    forms = [(width, height, other) for other in STORED_BITS]
+    per_frame = size * 8 // header.frames
+    forms += [(width, per_frame // (width * bits), bits), (per_frame // (height * bits), height, bits)]
+    for columns, rows, depth in forms:
+        if rows and columns and (columns * rows * depth * header.frames + 7) // 8 == size:
+            return f"{header.frames} frames of {columns} x {rows} pixels, {depth} bit"
+    return ""
 
 
 class PhotronRecording:

@@ -20,7 +20,10 @@ FEWEST_POINTS = 6
 
 @dataclass(frozen=True)
 class CompressionFit:
-    """Modulus in Pa with its standard uncertainty and 95 % interval, zero of the displacement in m, residual in N."""
+    """Modulus in Pa with its standard uncertainty and 95 % interval, zero of the displacement in m, residual in N.
+
+    ``points`` went into the fit; where they were too few it counts those at different displacements under a load.
+    """
 
     g_inf_pa: float
     g_inf_pa_unc: float
@@ -60,13 +63,14 @@ def fit_compression(displacement_m: ArrayLike, force_n: ArrayLike, diameter_m: f
     good = np.isfinite(d) & np.isfinite(force)
     d, force = d[good] / diameter_m, force[good] / diameter_m**2
     if d.size < FEWEST_POINTS or np.ptp(d) == 0.0:
-        return _unfitted(d.size, "too_few")
+        return _unfitted(np.unique(d[force > 0.0]).size, "too_few")
     inside = d - d.min() <= 0.95 * RATIO_RANGE[1]
     d, force = d[inside], force[inside]
     zero = _best_zero(d, force)
     curve = compression_force(d - zero)
-    if np.count_nonzero(curve > 0.0) < FEWEST_POINTS:
-        return _unfitted(d.size, "too_few")
+    loaded = int(np.count_nonzero(curve > 0.0))
+    if loaded < FEWEST_POINTS:
+        return _unfitted(loaded, "too_few")
     modulus = float(curve @ force / (curve @ curve))
     return _with_uncertainty(d, force, (modulus, zero), diameter_m)
 

@@ -45,11 +45,25 @@ def failure_table(campaign: Campaign) -> TextTable:
 
 
 def warning_table(campaign: Campaign) -> TextTable:
-    """What each stage of each drop warned of when it ran, then what the stages over all drops did."""
+    """What each stage of each drop warned of when it ran, then what the stages over all drops did.
+
+    With it stands what is known of tables that are not those of today's files, as ``run.json`` has it.
+    """
     over_all = campaign.run.get("stages")
-    rows = [row for drop in campaign.drops for row in _warnings(drop.name, drop.stages, STAGES)]
+    notes = campaign.run.get("notes")
+    rows = [
+        row
+        for drop in campaign.drops
+        for row in (*_warnings(drop.name, drop.stages, STAGES), *_notes(drop.name, notes))
+    ]
     rows += _warnings("all drops", over_all if isinstance(over_all, Mapping) else {}, CAMPAIGN_STAGES)
     return TextTable(("drop", "stage", "warning"), tuple(rows))
+
+
+def _notes(who: str, notes: Any) -> Iterator[tuple[str, str, str]]:
+    for note in notes if isinstance(notes, list) else ():
+        if isinstance(note, list) and len(note) == 3 and note[0] == who:
+            yield who, as_text(note[1]), as_text(note[2])
 
 
 def _warnings(

@@ -6,6 +6,7 @@ import importlib
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from wentry_cli.records import RUN, STAGES, read_json
 from wentry_cli.runner.drop import Event, Report, keep_traceback, sweep
 from wentry_cli.runner.plan import INTERRUPTED, UNCHANGED, Choice, Step, first_change, identity, not_complete
 from wentry_cli.runner.record import note_stage
+from wentry_cli.runner.today import notes_to_show
 from wentry_cli.runner.twice import warn_of_twice
 from wentry_cli.tables import has_table, table_path
 
@@ -32,10 +34,21 @@ class Members:
     drops: list[Drop]
     failed: frozenset[str] = frozenset()
 
+    @cached_property
+    def notes(self) -> list[list[str]]:
+        """What a report says of tables that are not those of today's files: drop, stage and sentence."""
+        return notes_to_show(self.results, self.drops, self.failed)
+
     def of(self, stage: CampaignStage) -> list[Drop]:
         """The drops that ``stage`` works on, by name."""
         drops = sorted(self.drops, key=lambda drop: drop.name)
         return drops if stage.shows_all else [drop for drop in drops if self._is_complete(drop, stage)]
+
+    def why_none(self, stage: CampaignStage) -> str:
+        """Why ``stage`` has no drop to work on."""
+        name = stage.drop_reads[-1]
+        there = any(has_table(self.results / drop.name, name) for drop in self.drops)
+        return f"no drop that has a {name} is complete" if there else f"no drop has a {name} yet"
 
     def _is_complete(self, drop: Drop, stage: CampaignStage) -> bool:
         return drop.name not in self.failed and all(
@@ -60,7 +73,7 @@ def plan_campaign(
 def _step(members: Members, stage: CampaignStage, rewritten: Mapping[str, str], choice: Choice) -> Step[CampaignStage]:
     above = next((who for file, who in rewritten.items() if stage.uses(file)), None)
     if above is None and not members.of(stage) and not any(has_table(members.results, name) for name in stage.reads):
-        return Step(stage, "not_needed", f"no drop has a {stage.drop_reads[-1]} yet")
+        return Step(stage, "not_needed", members.why_none(stage))
     if choice.force in ("all", stage.name):
         return Step(stage, "run", "forced")
     if above is not None:
@@ -115,6 +128,7 @@ def fingerprint(members: Members, stage: CampaignStage, before: Mapping[str, Any
         failures = read_json(results / RUN).get("failures")
         marks["list of failures"] = digest_of([failures, *_told(results, drops, "error")])
         marks["list of warnings"] = digest_of(_told(results, drops, "warnings"))
+        marks["list of notes"] = digest_of(members.notes) if members.notes else None
     return {what: mark for what, mark in marks.items() if mark is not None}
 
 

@@ -7,22 +7,19 @@ from pathlib import Path
 from typing import Any
 
 from wentry_cli.config.campaign import Drop, find_drops, missing_sources, read_drop
-from wentry_cli.config.inheritance import find_shared, notes_of
+from wentry_cli.config.inheritance import find_materials, find_shared, notes_of
 from wentry_cli.config.places import Document, Place, followed, read_value
-from wentry_cli.errors import CampaignError, ConfigurationError, InputError, NoDropError, WentryError
+from wentry_cli.errors import CampaignError, ConfigurationError, InputError, WentryError
 from wentry_cli.pipeline import KERNELS, CampaignStage, Stage, campaign_stages_of, stages_of
-from wentry_cli.records import RUN, STAGES, read_json
 from wentry_cli.runner.campaign import Hands, run_campaign
 from wentry_cli.runner.campaign_stages import Members, plan_campaign, rewritten_by, run_campaign_stages
 from wentry_cli.runner.drop import Event, Failure, Report
-from wentry_cli.runner.edited import warn_of_edits
 from wentry_cli.runner.lock import locked
-from wentry_cli.runner.plan import INTERRUPTED, Choice, Step, plan
-from wentry_cli.runner.record import read_drops, write_run
+from wentry_cli.runner.plan import Choice, Step, plan
+from wentry_cli.runner.processed import CONFIGURATION, Campaign, incomplete, processed, selected, shown
+from wentry_cli.runner.record import write_run
 from wentry_cli.runner.work import Work
-from wentry_cli.tables import has_table
 
-CONFIGURATION = "configuration"
 Plans = dict[str, list[Step[Stage]]]
 
 
@@ -61,20 +58,6 @@ class Order:
         return {KERNELS[stage.name] for stage in needed if stage.name in KERNELS}
 
 
-@dataclass
-class Campaign:
-    """The drops that can be run, the failures so far, and what the user should hear of a ``campaign.yaml``."""
-
-    drops: list[Drop]
-    failures: list[Failure] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-
-    @property
-    def size(self) -> int:
-        """All drops, good and failed."""
-        return len({drop.name for drop in self.drops} | {failure.drop for failure in self.failures})
-
-
 def overrides_document(settings: tuple[str, ...]) -> Document | None:
     """``key.path=value`` words as a document; values are read as YAML. Raises ``ConfigurationError``."""
     document = Document({})
@@ -99,26 +82,24 @@ def read_campaign(video_dir: Path, settings: tuple[str, ...] = (), only: tuple[s
     """
     overrides = overrides_document(settings)
     found = find_drops(video_dir)
-    names = _selected(list(found), only, video_dir)
+    names = selected(list(found), only, video_dir)
     told = [note for name in names for note in notes_of(find_shared(found[name], video_dir), video_dir)]
-    campaign = Campaign([], notes=list(dict.fromkeys(told)))
+    campaign = Campaign([])
     for name in names:
         try:
-            campaign.drops.append(read_drop(name, found[name], overrides, video_dir))
+            drop = read_drop(name, found[name], overrides, video_dir)
+            campaign.drops.append(drop)
+            if drop.material is not None:
+                file = find_materials(drop.folder, video_dir, drop.shared.path)
+                told += notes_of(file, video_dir, "the materials")
         except WentryError as error:
             sentence = "\n".join([str(error), *missing_sources(found[name], overrides)])
             campaign.failures.append(Failure(name, CONFIGURATION, error.exit_code, sentence))
+    campaign.notes += dict.fromkeys(told)
     if not campaign.drops:
         lines = dict.fromkeys(line for failure in campaign.failures for line in failure.sentence.splitlines())
         raise ConfigurationError("\n".join([*lines, *campaign.notes]))
     return campaign
-
-
-def _selected(names: list[str], only: tuple[str, ...], where: Path) -> list[str]:
-    unknown = [name for name in only if name not in names]
-    if unknown:
-        raise InputError(f"{where}: has no drop {unknown[0]}; its drops are {', '.join(names)}")
-    return [name for name in names if not only or name in only]
 
 
 def keep_raw_data(campaign: Campaign, results: Path) -> None:
@@ -142,9 +123,12 @@ def work(campaign: Campaign, results: Path, order: Order, report: Report) -> lis
             campaign.failures += run_campaign(todo, _without_failures(campaign), order.hands, report)
     done = []
     for stage in order.campaign_stages:
+        finish(campaign, results, order)  # the drops that failed before today, but not now, take part
+        members = _members(campaign, results, order)
         if stage.shows_all:
+            campaign.to_show = members.notes
             finish(campaign, results, order)
-        done += run_campaign_stages(_members(campaign, results, order), [stage], order.choice, report)
+        done += run_campaign_stages(members, [stage], order.choice, report)
     return done
 
 
@@ -177,75 +161,15 @@ def _without_failures(campaign: Campaign) -> list[Drop]:
     return [drop for drop in campaign.drops if drop.name not in failed]
 
 
-def processed(results: Path, only: tuple[str, ...] = ()) -> Campaign:
-    """The drops that were processed into ``results``; one that could not be measured is a failure from the start."""
-    drops, damaged = read_drops(results)
-    names = _selected(sorted([*(drop.name for drop in drops), *damaged]), only, results)
-    drops = [drop for drop in drops if drop.name in names]
-    edits = [note for drop in drops for note in warn_of_edits(results / drop.name)]
-    failures = [Failure(name, "", InputError.exit_code, told) for name, told in damaged.items() if name in names]
-    failures += [failure for drop in drops for failure in _failed_before(results, drop, "process")]
-    return Campaign(drops, failures, edits)
-
-
-def shown(results: Path, only: tuple[str, ...] = ()) -> Campaign:
-    """What a report is on: the drops of ``processed``, or none where ``results`` holds a compression test alone."""
-    try:
-        return processed(results, only)
-    except NoDropError:
-        if only or not has_table(results, "compression"):
-            raise
-        return Campaign([])
-
-
-def incomplete(campaign: Campaign, results: Path, only: tuple[str, ...] = ()) -> list[Failure]:
-    """The drops that a report on ``results`` cannot show as a whole, and why: not measured, not fitted, or refused."""
-    fits = [failure for drop in campaign.drops for failure in _failed_before(results, drop, "fit")]
-    told = {} if only else read_json(results / RUN).get("failures", {})
-    refused = [
-        Failure(name, str(one.get("stage")), int(one.get("exit_code", 1)), str(one.get("sentence")))
-        for name, one in told.items()
-        if name not in {drop.name for drop in campaign.drops}  # it left nothing there
-    ]
-    found = {failure.drop: failure for failure in [*refused, *fits, *campaign.failures]}
-    return [found[name] for name in sorted(found)]
-
-
-def _failed_before(results: Path, drop: Drop, command: str) -> list[Failure]:
-    told = read_json(results / RUN).get("failures", {}).get(drop.name, {})
-    if told.get("stage") == CONFIGURATION:
-        return [Failure(drop.name, CONFIGURATION, int(told["exit_code"]), str(told["sentence"]))]
-    record = read_json(results / drop.name / STAGES)
-    for stage in stages_of(command):
-        known = record.get(stage.name)
-        if stage.why_not(drop) is not None:
-            continue
-        if not isinstance(known, dict):
-            if told.get("sentence"):  # what failed before this stage could begin
-                return [Failure(drop.name, str(told["stage"]), int(told["exit_code"]), str(told["sentence"]))]
-            sentence = f"stage {stage.name} has not run; run `wentry {command}` first"
-            return [Failure(drop.name, stage.name, InputError.exit_code, sentence)]
-        if known.get("error") == INTERRUPTED:
-            sentence = f"stage {stage.name} was interrupted; run `wentry {command}` again"
-            return [Failure(drop.name, stage.name, InputError.exit_code, sentence)]
-        if known.get("error"):
-            return [Failure(drop.name, stage.name, int(known.get("exit_code", 1)), str(known["error"]))]
-        missing = [name for name in known.get("outputs", {}) if not has_table(results / drop.name, name)]
-        if missing:
-            sentence = f"{results / drop.name / missing[0]}.csv: missing; run `wentry {command}` again"
-            return [Failure(drop.name, stage.name, InputError.exit_code, sentence)]
-    return []
-
-
 def finish(campaign: Campaign, results: Path, order: Order) -> dict[str, Any]:
     """Write ``run.json`` and return it."""
     if not order.measures:
-        return write_run(results, None, {}, set())
+        return write_run(results, None, {}, set(), campaign.to_show)
     failures = {
         failure.drop: {"stage": failure.stage, "exit_code": failure.exit_code, "sentence": failure.sentence}
         for failure in campaign.failures
     }
-    return write_run(results, order.command, failures, {drop.name for drop in campaign.drops})
+    return write_run(results, order.command, failures, {drop.name for drop in campaign.drops}, campaign.to_show)
 
 
 def tell_failures(campaign: Campaign, report: Report) -> None:
@@ -254,10 +178,11 @@ def tell_failures(campaign: Campaign, report: Report) -> None:
         report(Event(failure.drop, failure.stage, "failed", failure.sentence))
 
 
-def raise_failures(campaign: Campaign) -> None:
+def raise_failures(campaign: Campaign, only_looked: str = "") -> None:
     """End with the exit code of the contract: a single drop's own, ``CampaignError`` (6) for a campaign.
 
-    Each failure has been told when it happened; a single drop's error has no words left.
+    Each failure has been told when it happened; a single drop's error has no words left. Where nothing ran,
+    ``only_looked`` says what cannot be done with the drops that failed.
     """
     if not campaign.failures:
         return
@@ -266,11 +191,15 @@ def raise_failures(campaign: Campaign) -> None:
         error.exit_code = campaign.failures[0].exit_code
         raise error
     names = ", ".join(failure.drop for failure in campaign.failures)
+    share = f"{len(campaign.failures)} of {campaign.size} drops"
+    if only_looked:
+        raise CampaignError(f"{share} cannot be {only_looked}: {names}; nothing was run")
     rest = "the others are complete" if len(campaign.failures) < campaign.size else "no drop is complete"
-    raise CampaignError(f"{len(campaign.failures)} of {campaign.size} drops failed: {names}; {rest}")
+    raise CampaignError(f"{share} failed: {names}; {rest}")
 
 
 __all__ = [
+    "CONFIGURATION",
     "Campaign",
     "Order",
     "finish",

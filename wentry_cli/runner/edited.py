@@ -32,3 +32,13 @@ def warn_of_edits(folder: Path) -> list[str]:
         f"{table_path(folder, name)}: not as the stage {stage} wrote it; {shown if stage in fits else used}"
         for name, stage in edited_tables(folder).items()
     ]
+
+
+def edits_to_show(folder: Path) -> list[tuple[str, str]]:
+    """The same for a report: the stage, and a sentence that does not depend on where ``folder`` is."""
+    fits = {stage.name for stage in stages_of("fit")}
+    used = "its numbers are shown, and used, as they are"
+    return [
+        (stage, f"{name}.csv is not as this stage wrote it; {'it is shown as it is' if stage in fits else used}")
+        for name, stage in edited_tables(folder).items()
+    ]

@@ -108,11 +108,7 @@ def fingerprint(
 
     A recording that is still that of the fingerprint ``before`` keeps its mark.
     """
-    marks: dict[str, Any] = {"version": __version__}
-    for key in stage.keys:
-        marks[key if key.startswith("material") else f"configuration {key}"] = digest_of(_part(drop, key))
-    if stage.name in CORRECTED:
-        marks["corrections"] = digest_of(_corrections(drop, stage))
+    marks: dict[str, Any] = {"version": __version__, **_by_hand(drop, stage)}
     for name in stage.reads:
         marks[f"{name}.csv"] = digest_of_file(table_path(folder, name))
     if stage.frames:
@@ -120,6 +116,33 @@ def fingerprint(
             mark = f"recording {view}"
             marks[mark] = identity(drop.existing_source(view), verify, str((before or {}).get(mark, "")))
     return marks
+
+
+def _by_hand(drop: Drop, stage: Stage) -> dict[str, Any]:
+    marks: dict[str, Any] = {}
+    for key in stage.keys:
+        marks[key if key.startswith("material") else f"configuration {key}"] = digest_of(_part(drop, key))
+    if stage.name in CORRECTED:
+        marks["corrections"] = digest_of(_corrections(drop, stage))
+    return marks
+
+
+def changed_by_hand(results: Path, drop: Drop, stages: list[Stage]) -> Step[Stage] | None:
+    """The first of ``stages`` that was done with other files of the user's than those of ``drop``, and which part.
+
+    What became of tables and recordings since then does not matter.
+    """
+    record = read_json(results / drop.name / STAGES)
+    for stage in stages:
+        known: Any = record.get(stage.name)
+        if stage.why_not(drop) is not None or not_complete(known) is not None:
+            continue
+        marks = _by_hand(as_read_by(stage, drop, results), stage)
+        before = {what: mark for what, mark in known["fingerprint"].items() if what in marks}
+        reason = first_change(before, {what: marks[what] for what in before})
+        if reason is not None:
+            return Step(stage, "run", reason)
+    return None
 
 
 def _part(drop: Drop, key: str) -> Any:

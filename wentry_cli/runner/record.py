@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -52,13 +53,17 @@ def read_drops(results: Path) -> tuple[list[Drop], dict[str, str]]:
 
 
 def write_run(
-    results: Path, command: str | None, failures: dict[str, dict[str, Any]], tried: set[str]
+    results: Path,
+    command: str | None,
+    failures: dict[str, dict[str, Any]],
+    tried: set[str],
+    notes: Sequence[Sequence[str]] = (),
 ) -> dict[str, Any]:
     """Gather what was done in ``results`` into ``run.json`` and return it.
 
     ``command`` is the one that made the tables, ``None`` for one that only shows them: the one before stays.
     ``failures`` maps a drop to stage, exit code and sentence of this run; failures of earlier runs stay for drops that
-    were not ``tried`` again.
+    were not ``tried`` again. ``notes`` are what a report says of tables that are not those of today's files.
     """
     before = read_json(results / RUN)
     failures = {name: told for name, told in before.get("failures", {}).items() if name not in tried} | failures
@@ -80,6 +85,7 @@ def write_run(
         "drops": drops,
         "stages": read_json(results / STAGES),
         "failures": failures,
+        "notes": [list(row) for row in notes],
     }
     write_json(results / RUN, content)
     return content

@@ -11,9 +11,9 @@ from wentry_cli.pipeline import CAMPAIGN_STAGES, Stage
 from wentry_cli.pipeline import STAGES as ALL_STAGES
 from wentry_cli.records import STAGES, read_json
 from wentry_cli.runner.campaign_stages import ALL_DROPS, Members, plan_campaign, rewritten_by
-from wentry_cli.runner.commands import processed
 from wentry_cli.runner.lock import is_locked
 from wentry_cli.runner.plan import INTERRUPTED, Choice, Step, plan
+from wentry_cli.runner.processed import processed
 from wentry_cli.runner.today import as_configured_today
 
 States = dict[str, dict[str, tuple[str, str]]]
@@ -32,13 +32,19 @@ def campaign_status(results: Path, only: tuple[str, ...] = ()) -> States:
     for drop in campaign.drops:
         states[drop.name], steps[drop.name] = _states(results, drop, busy)
     if not only:
-        failed = frozenset(failure.drop for failure in campaign.failures)
+        # a drop whose tables were removed is stale, and takes part again once it runs
+        going = {name: own for name, own in steps.items() if own and not _has_failed(states[name])}
+        failed = frozenset(failure.drop for failure in campaign.failures if failure.drop not in going)
         members = Members(results, campaign.drops, failed)
-        rewritten = rewritten_by({name: own for name, own in steps.items() if name not in failed})
+        rewritten = rewritten_by(going)
         record = read_json(results / STAGES)
         over_all = plan_campaign(members, list(CAMPAIGN_STAGES), Choice(), rewritten)
         states[ALL_DROPS] = {step.stage.name: _state(step, record.get(step.stage.name), busy) for step in over_all}
     return states
+
+
+def _has_failed(states: dict[str, tuple[str, str]]) -> bool:
+    return any(state == "failed" for state, _ in states.values())
 
 
 def _states(results: Path, drop: Drop, busy: bool) -> tuple[dict[str, tuple[str, str]], list[Step[Stage]]]:

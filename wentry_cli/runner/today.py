@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 
 from wentry_cli.config.campaign import EXPERIMENT, Drop, read_drop
@@ -9,12 +10,10 @@ from wentry_cli.config.places import Document
 from wentry_cli.errors import ConfigurationError, Gathered, InputError, WentryError
 from wentry_cli.pipeline import Stage, stages_of
 from wentry_cli.records import DROP, read_json
-from wentry_cli.runner.commands import Campaign, processed
 from wentry_cli.runner.drop import Failure
-from wentry_cli.runner.edited import edited_tables
-from wentry_cli.runner.plan import Choice, Step, plan
-
-BY_HAND = ("configuration", "corrections", "material")  # how the marks of what a user writes begin
+from wentry_cli.runner.edited import edited_tables, edits_to_show
+from wentry_cli.runner.plan import Choice, Step, changed_by_hand, plan
+from wentry_cli.runner.processed import Campaign, processed
 
 
 def as_configured_today(results: Path, drop: Drop) -> Drop:
@@ -56,39 +55,66 @@ def to_fit(results: Path, only: tuple[str, ...] = ()) -> Campaign:
 def notes_to_report(results: Path, campaign: Campaign) -> list[str]:
     """A sentence for each complete drop of ``campaign`` whose tables are not those of today's files."""
     notes = []
-    failed = {failure.drop for failure in campaign.failures}
-    for drop in campaign.drops:
-        if drop.name in failed or edited_tables(results / drop.name):
-            continue
-        try:
-            today = as_configured_today(results, drop)
-            step = _first_stale(results, today, "process", "fit")
-        except WentryError as error:
-            notes.append(f"{error}; the report shows what was measured before")
-            continue
-        if step is not None and step.reason.startswith(BY_HAND):
-            command = f"wentry fit {results}" if step.stage.command == "fit" else _process(results, today)
-            notes.append(f"{_changed(today, step)}; the report shows what was there before: run `{command}`")
+    for drop, step, wrong in _changes(results, campaign.drops, {failure.drop for failure in campaign.failures}):
+        if step is None:
+            notes.append(f"{wrong}; the report shows what was measured before")
+        else:
+            command = f"wentry fit {results}" if step.stage.command == "fit" else _process(results, drop)
+            notes.append(f"{_changed(drop, step)}; the report shows what was there before: run `{command}`")
     return notes
 
 
+def notes_to_show(results: Path, drops: Iterable[Drop], failed: Collection[str] = ()) -> list[list[str]]:
+    """What a report says of tables that are not those of today's files: drop, stage and sentence, by drop.
+
+    Those of ``failed`` drops it shows as they are, and says why they failed. No sentence depends on where RESULTS is.
+    """
+    drops = list(drops)
+    rows = [[drop.name, stage, told] for drop in drops for stage, told in edits_to_show(results / drop.name)]
+    for drop, step, wrong in _changes(results, drops, failed):
+        if step is None:
+            rows.append([drop.name, "", f"{'; '.join(wrong.splitlines())}; what was measured before is shown"])
+        else:
+            rows.append([drop.name, step.stage.name, f"{step.reason} since; what was there before is shown"])
+    return sorted(rows, key=lambda row: row[0])
+
+
+def _changes(
+    results: Path, drops: Iterable[Drop], failed: Collection[str]
+) -> Iterator[tuple[Drop, Step[Stage] | None, str]]:
+    """The drops but those that ``failed`` whose files say otherwise than when a step was done, or are wrong now."""
+    for drop in drops:
+        if drop.name in failed:
+            continue
+        try:
+            today = as_configured_today(results, drop)
+            step = changed_by_hand(results, today, stages_of("process", "fit"))
+            for view in today.experiment.sides if step is None else ():
+                today.existing_source(view)
+        except WentryError as error:
+            yield drop, None, str(error)
+        else:
+            if step is not None:
+                yield today, step, ""
+
+
 def _measured_before(results: Path, today: Drop) -> list[str]:
-    """Notes on what changed since ``today`` was measured; ``InputError`` where its own files say otherwise."""
+    """Notes on what changed since ``today`` was measured; ``InputError`` where its own files say otherwise.
+
+    They are asked first: a table that was edited, or another version, does not hide that a key was.
+    """
+    changed = changed_by_hand(results, today, stages_of("process"))
+    if changed is not None:
+        raise InputError(f"{_changed(today, changed)}; run `{_process(results, today)}` first")
     try:
-        step = _first_stale(results, today, "process")
+        steps = plan(results, today, stages_of("process"), Choice())
     except InputError as gone:
         return [f"{today.name}: what was measured before is used as it is, though {gone}"]
+    step = next((step for step in steps if step.action == "run"), None)
     if step is None or edited_tables(results / today.name):
         return []
-    if step.reason.startswith(BY_HAND):
-        raise InputError(f"{_changed(today, step)}; run `{_process(results, today)}` first")
     told = f"what was measured before is used as it is, `{_process(results, today)}` makes it anew"
     return [f"{_changed(today, step)}; {told}"]
-
-
-def _first_stale(results: Path, today: Drop, *commands: str) -> Step[Stage] | None:
-    steps = plan(results, today, stages_of(*commands), Choice())
-    return next((step for step in steps if step.action == "run"), None)
 
 
 def _changed(drop: Drop, step: Step[Stage]) -> str:

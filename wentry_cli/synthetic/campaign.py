@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from wentry_cli.synthetic.course import Course, plan_course
 from wentry_cli.synthetic.drop_folder import clear_folder, write_whole
 from wentry_cli.synthetic.film import Film
 from wentry_cli.synthetic.frame_writers import open_writer
+from wentry_cli.synthetic.materials_file import plan_materials, put_materials
 from wentry_cli.synthetic.nuisance import draw_static
 from wentry_cli.synthetic.scene import Camera, Scene
 from wentry_cli.synthetic.scenes_file import load_scenes
@@ -121,11 +123,17 @@ def render_drop(scene: Scene, folder: Path, *, progress: Progress | None = None)
     ``progress`` is called with (frames done, frames in all). The same scene gives the same bytes. Files of an earlier
     rendering are removed; raises InputError if ``folder`` holds others and no rendering, or cannot be written.
     """
-    try:
+    with _written_whole(folder, "this drop"):
         _draw_drop(scene, folder, progress)
+
+
+@contextmanager
+def _written_whole(folder: Path, what: str) -> Iterator[None]:
+    try:
+        yield
     except OSError as error:
         raise InputError(
-            f"{folder}: cannot be written ({error.strerror or error}); this drop is incomplete: make room or choose "
+            f"{folder}: cannot be written ({error.strerror or error}); {what} is incomplete: make room or choose "
             f"another folder with -o, and render again"
         ) from error
 
@@ -156,6 +164,7 @@ def render_campaign(
 ) -> list[Path]:
     """Render every drop of the scenes file ``path`` into its own folder below ``folder``; returns those folders.
 
+    Where it has materials that wentry does not know, ``materials.yaml`` lies beside them, those of all drops in it.
     ``only`` names the drops to render (all if empty); ``progress`` is called with (drops done, drops in all). Raises
     as :func:`scenes_file.load_scenes`, and InputError if ``only`` names a drop that is not there.
     """
@@ -163,16 +172,24 @@ def render_campaign(
     missing = sorted(set(only) - {scene.name for scene in scenes})
     if missing:
         raise InputError(f"{path}: has no drop {missing[0]}; its drops are {', '.join(scene.name for scene in scenes)}")
+    materials = plan_materials(scenes, folder)
     scenes = [scene for scene in scenes if not only or scene.name in only]
     folders = [folder / scene.name for scene in scenes]
+    _render_all(scenes, folders, jobs, progress)
+    # Last: a folder that is refused keeps its drops as they were, and what is said of them.
+    with _written_whole(folder, "materials.yaml"):
+        put_materials(materials, folder)
+    return folders
+
+
+def _render_all(scenes: list[Scene], folders: list[Path], jobs: int, progress: Progress | None) -> None:
     if jobs <= 1:
         for k, (scene, place) in enumerate(zip(scenes, folders, strict=True)):
             render_drop(scene, place)
             if progress is not None:
                 progress(k + 1, len(scenes))
-        return folders
+        return
     with ProcessPoolExecutor(jobs) as pool:
         for k, _ in enumerate(pool.map(render_drop, scenes, folders)):
             if progress is not None:
                 progress(k + 1, len(scenes))
-    return folders

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.errors import ConfigurationError, InputError, TooFewMeasurementsError
-from wentry_cli.mechanics.compression import CompressionFit, compression_force, fit_compression
+from wentry_cli.mechanics.compression import FEWEST_POINTS, CompressionFit, compression_force, fit_compression
 from wentry_cli.stages.calibrate.rows import Row, merge_rows, say_kept
 from wentry_cli.tables import has_table, new_table, read_table, write_table
 
@@ -57,7 +57,8 @@ def calibrate_compression(
     if fit.status == "ok":
         _keep_curve(results, test, row, fit)
     if fit.status != "ok":
-        reason = "too few points with a load" if fit.status == "too_few" else "the force does not follow the curve"
+        few = f"it has {fit.points} of the {FEWEST_POINTS} points with a load that are needed"
+        reason = few if fit.status == "too_few" else "the force does not follow the curve"
         raise TooFewMeasurementsError(
             f"{test.path}: G_inf is not determined, {reason}; check the units in the header, the signs and --diameter-m"
             + (f"; {say_kept(results)}" if refused else "")

@@ -40,7 +40,7 @@ def run(folder: Path, drop: Drop) -> None:
             ground, sampled = flat_field(drop, "side", clip)
             _warn_of_clipped_light(drop, "side", ground)
             side = measure_side(drop, clip, ground, sampled)
-            rows.append(_side_row(drop, clip, side) | {"ground_noise": ground.noise})
+            rows.append(_side_row(drop, clip, side) | _noise(ground))
         finally:
             clip.close()
     if drop.experiment.views.top is not None:
@@ -49,7 +49,7 @@ def run(folder: Path, drop: Drop) -> None:
             ground, sampled = flat_field(drop, "top", clip)
             _warn_of_clipped_light(drop, "top", ground)
             top = measure_top(drop, clip, ground, sampled, side)
-            rows.append(_top_row(drop, clip, top) | {"ground_noise": ground.noise})
+            rows.append(_top_row(drop, clip, top) | _noise(ground))
         finally:
             clip.close()
     write_table(folder, "geometry", new_table("geometry", {key: [row[key] for row in rows] for key in rows[0]}))
@@ -66,6 +66,11 @@ def _warn_of_clipped_light(drop: Drop, name: str, ground: Background) -> None:
             f"{drop.name}: the light of the {name} view is brighter than its sensor records: edges are taken at half "
             f"of what was recorded, which leaves {CLIPPED_EDGE:.2%} of the diameter unknown; film with less light"
         )
+
+
+def _noise(ground: Background) -> dict[str, Any]:
+    """The noise of plain ground; clipped light has none, which tells nothing of the sensor's."""
+    return {"ground_noise": ground.noise if ground.noise > 0.0 else math.nan}
 
 
 def _row(drop: Drop, name: str, clip: Clip) -> dict[str, Any]:
