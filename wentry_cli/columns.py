@@ -18,6 +18,8 @@ status | – | text | ok, or why something in this row is not measured
 
 # geometry | track | view
 view | – | text | side or top
+width_px | px | int | width of the picture that is measured, after roi_px and rotate
+height_px | px | int | height of that picture
 fps | 1/s | float | frame rate used
 fps_source | – | text | where the frame rate came from
 exposure_s | s | float | exposure of one frame
@@ -81,7 +83,7 @@ event | – | text | impact, dome_over, second_cavity, pinch_off
 index | 1 | int | number of the event of this kind, from 1
 t_s | s | float ± | time after impact
 y_m | m | float | height where it happens; dome_over: of the rim, from the side view
-± | all but pinch_off
+± | all but dome_over and pinch_off
 value | – | text | dome_over: the view; second_cavity: its number; pinch_off: deep_seal, surface_seal or sphere_seal
 status | – | text | ok, or why something in this row is not measured
 

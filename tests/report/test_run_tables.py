@@ -23,7 +23,8 @@ def test_what_the_stages_over_all_drops_warned_of_stands_last() -> None:
 def test_how_a_drop_was_filmed_is_as_the_tracking_used_it() -> None:
     none = pd.DataFrame()
     used = {
-        "view": ["side"], "fps": [4000.0], "fps_source": ["cihx"], "exposure_s": [5e-5], "scale_px_per_m": [1800.0],
+        "view": ["side"], "width_px": [512], "height_px": [768], "fps": [4000.0], "fps_source": ["cihx"],
+        "exposure_s": [5e-5], "scale_px_per_m": [1800.0],
         "scale_px_per_m_unc": [0.4], "scale_water_px_per_m": [1890.0], "scale_source": ["air diameter"],
     }  # fmt: skip
     tables = {
@@ -34,8 +35,8 @@ def test_how_a_drop_was_filmed_is_as_the_tracking_used_it() -> None:
     drop = DropResults("one", {}, tables, (), {"views": views})
     campaign = Campaign(Path("results"), (drop,), none, none, none, none, none, {})
     assert recording_table(campaign).rows == (
-        ("one, side", "2", "4000", "50", "1.80000 ± 0.00040", "1.89", "cihx", "air diameter"),
-        ("one, top", "1", "1000", "–", "–", "–", "–", "–"),
+        ("one, side", "2", "512 × 768", "4000", "50", "1.80000 ± 0.00040", "1.89", "cihx", "air diameter"),
+        ("one, top", "1", "–", "1000", "–", "–", "–", "–", "–"),
     )
 
 

@@ -87,9 +87,11 @@ def provenance_table(campaign: Campaign) -> TextTable:
 
 GEOMETRY_NUMBERS = (
     "fps", "exposure_s", "scale_px_per_m", "scale_px_per_m_unc", "scale_water_px_per_m", "scale_water_px_per_m_unc",
+    "width_px", "height_px",
 )  # fmt: skip
 RECORDING_COLUMNS = (
-    "drop, view", "frames", "rate (1/s)", "exposure (µs)", "px/mm, air", "px/mm, water", "rate from", "scale from",
+    "drop, view", "frames", "pixels", "rate (1/s)", "exposure (µs)", "px/mm, air", "px/mm, water",
+    "rate from", "scale from",
 )  # fmt: skip
 
 
@@ -130,6 +132,7 @@ def _taken(drop: DropResults, view: str, configured: Mapping[str, Any]) -> tuple
     ]
     return (
         str(frames) if frames else DASH,
+        f"{number['width_px']:.0f} × {number['height_px']:.0f}" if number["width_px"] > 0.0 else DASH,
         with_uncertainty(number["fps"], digits=6),
         with_uncertainty(1e6 * number["exposure_s"]),
         *scales,

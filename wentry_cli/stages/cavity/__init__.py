@@ -163,7 +163,7 @@ def _events(view: SideView, seal: Seal, dome: Dome) -> list[dict[str, Any]]:
     over = view.after_impact(dome.over.t_s, dome.over.t_unc_s)
     rows = [
         _event("impact", 1, contact, 0.0) | _told("first_contact" if known else "", "ok" if known else "no_object"),
-        _event("dome_over", 1, over, view.height(dome.y_px))
+        _event("dome_over", 1, over, view.height(dome.y_px), view.height_unc(dome.y_px, dome.y_unc_px))
         | _told(dome.view if np.isfinite(over[0]) else "", dome.status),
     ]
     for index, start in enumerate(start for start in view.starts if start.t_s < closed):

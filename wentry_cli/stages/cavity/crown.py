@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -34,11 +35,15 @@ FEWEST_RIMS = 4
 
 @dataclass(frozen=True)
 class Dome:
-    """When the crown has closed, in which view that was seen, and the row of its rim then; NaN unless status is ok."""
+    """When the crown has closed, in which view that was seen, and the row of its rim then; NaN unless status is ok.
+
+    ``y_unc_px`` is the standard uncertainty of that row, which moves while the time is not known.
+    """
 
     over: DomeOver
     view: str
     y_px: float
+    y_unc_px: float
     status: str
 
 
@@ -50,16 +55,19 @@ def find_dome(folder: Path, drop: Drop, clip: Clip, ground: Background, view: Si
     """
     below = [k for k, item in enumerate(view.spheres) if item and item.top_y_px > view.pixels.surface_y_px + 2.0]
     if has_table(folder, "top"):
-        over, name = _from_above(folder, drop), "top"
+        over, name, ended = _from_above(folder, drop), "top", True
         rims = _rims(clip, ground, view, _about(over.t_s, view.t_s, below))
     else:
         rims = _rims(clip, ground, view, below[:DOME_FRAMES:COARSE])
         rims |= _rims(clip, ground, view, _while_closing(rims, below[:DOME_FRAMES]))
         over, name = find_rim_closure(view.t_s, _widths(rims, view.t_s.size)), "side"
+        ended = max(rims, default=0) >= clip.count - 1 - COARSE
+    if over.status == "clip_ended" and not ended:
+        over = replace(over, status="not_identified")  # it stays wide for as long as a crown stands
     if over.status != "ok":
-        return Dome(over, name, float("nan"), over.status)
+        return Dome(over, name, math.nan, math.nan, over.status)
     near = [(k, rims[k]) for k in _about(over.t_s, view.t_s, below) if k in rims]
-    return Dome(over, name, *_height(near, view.t_s, over.t_s))
+    return Dome(over, name, *_height(near, view.t_s, (over.t_s, over.t_unc_s)))
 
 
 def _widths(rims: dict[int, Rim], count: int) -> Floats:
@@ -103,14 +111,17 @@ def _rims(clip: Clip, ground: Background, view: SideView, frames: Iterable[int])
     return found
 
 
-def _height(rims: list[tuple[int, Rim]], times_s: Floats, t_s: float) -> tuple[float, str]:
-    """Row of the rim at ``t_s``: a line through the rows about it; or why there is none."""
-    seen = [(times_s[k] - t_s, rim.top_y_px) for k, rim in rims if rim.status == "ok"]
+def _height(rims: list[tuple[int, Rim]], times_s: Floats, when: tuple[float, float]) -> tuple[float, float, str]:
+    """Row of the rim at a time (and its uncertainty), s: a line through the rows about it; or why there is none."""
+    seen = [(times_s[k] - when[0], rim.top_y_px) for k, rim in rims if rim.status == "ok"]
     if len(seen) < FEWEST_RIMS:
         words = {rim.status for _, rim in rims}
-        return float("nan"), "out_of_frame" if "out_of_frame" in words else "no_edge"
+        return math.nan, math.nan, "out_of_frame" if "out_of_frame" in words else "no_edge"
     time, rows = np.array(seen).T
-    return float(np.polyfit(time, rows, 1)[1]), "ok"
+    speed, row = np.polyfit(time, rows, 1)
+    # a rim is uneven: the rows of neighbouring frames are those of the same jets, and their mean no better than one
+    scatter = float(np.std(rows - row - speed * time))
+    return float(row), math.hypot(scatter, 1.0, speed * when[1]), "ok"
 
 
 def _from_above(folder: Path, drop: Drop) -> DomeOver:

@@ -78,6 +78,8 @@ def _row(drop: Drop, name: str, clip: Clip) -> dict[str, Any]:
     exposure = drop.view(name).exposure_s or info.exposure_s
     return {
         "view": name,
+        "width_px": clip.shape[1],
+        "height_px": clip.shape[0],
         "fps": frame_rate(drop, name, info),
         "fps_source": info.fps_source,
         "exposure_s": math.nan if exposure is None else exposure,
