@@ -54,6 +54,19 @@ def test_a_sphere_that_lets_light_through_leaves_the_corner_where_it_is(stretch,
         assert abs(error) < 2.5 * found.y_unc_px
 
 
+@pytest.mark.parametrize(
+    ("stretch", "relative", "flare"), [(1.0, -0.1, 0.1), (1.0, 0.1, 0.3), (1.2, 0.1, 0.3), (0.85, 0.1, 0.3)]
+)
+def test_a_wall_that_bends_off_the_sphere_is_known_less_well(stretch, relative, flare):
+    """No parabola with the curvature of a usual wall follows it, so the corner depends on how far it is followed."""
+    pulls = []
+    for seed in range(8):
+        error, found = separation(seed, stretch, relative, flare, cavity_bend=1 / 30)
+        pulls += [error / found.y_unc_px] if found.status == "ok" else []
+    assert len(pulls) >= 5
+    assert np.max(np.abs(pulls)) < 2.5
+
+
 def test_no_cavity_no_line():
     s = draw(1, visible=1.0, margin=30)
     found = find_separation(s.patch, fit_silhouette(s.patch, s.shape))

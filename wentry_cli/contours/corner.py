@@ -33,6 +33,8 @@ BENT = 0.5
 MOST_RESIDUAL_PX, MOST_RESIDUAL, POINT_PX, BASE_UNC_PX = 0.3, 3.0, 0.04, 0.03
 TURNS, SETTLED_PX, MOST_UNSETTLED_PX = 8, 0.05, 0.4
 STEEPEST_STEP_PX = 4.0
+# A wall that is followed over the near range alone is believed less.
+TRUST_RANGE = 3.0
 # How far the outline stays off a right-angled corner by blur alone, and what more of it may hide of the wall.
 FILLED_PX, BENT_AWAY = 0.6, 5.0
 # Where the wall leaves at a right angle, what happens within the blur is not seen at all.
@@ -265,10 +267,15 @@ def find_corner(
     wider = corner.copy()
     row, unc, residual = carry_back(shape, points, base, corner, FIRST_FAR_PX)
     again, less, rest = carry_back(shape, points, base, wider, LAST_FAR_PX)
+    change = abs(again - row)
+    if math.isnan(again):
+        unc *= TRUST_RANGE
     if math.isnan(row) or (less < unc and rest < max(0.1, 1.5 * residual)):
         row, unc, corner = again, less, wider
     if math.isnan(row):
         return math.nan, math.nan, NO_CORNER
+    if not math.isnan(change):  # what no parabola follows moves the corner with the range
+        unc = math.hypot(unc, change)
     nearest, at = math.inf, math.nan
     for n in range(length.size):
         away = math.hypot(path[n, X] - corner[0], path[n, Y] - corner[1])
