@@ -56,7 +56,7 @@ bottom_local_y_px | px | float ± | lowest point from the bottom of the outline 
 y_b_m | m | float ± | height of the lowest point above the undisturbed surface (negative below it)
 y_b_source | – | text | local or ellipse
 separation_y_px | px | float ± | row of the separation line | no cavity yet, or no corner seen
-separation_y_m | m | float | height of the separation line | where separation_y_px is
+separation_y_m | m | float ± | height of the separation line | where separation_y_px is
 tilt_deg | ° | float ± | tilt of the axis of revolution; positive: the lower pole to the right | nearly round, or rigid
 arc_fraction | 1 | float | share of the outline that was visible and used
 gated_fraction | 1 | float | share of the visible sectors left out of the fit

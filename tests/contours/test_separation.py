@@ -11,13 +11,13 @@ from wentry_cli.contours.separation import find_separation
 from wentry_cli.contours.silhouette import fit_silhouette
 
 
-def scene(seed, stretch, relative, flare, *, noise=0.01, **body):
+def scene(seed, stretch, relative, flare, *, noise=0.01, light=None, **body):
     """Frame, row of the corner in the patch and fit: a cavity leaves at ``relative`` half-heights below the centre."""
     along = 60.0 / stretch**2
     probe = draw(seed, stretch=stretch, margin=40)
     row = probe.shape.y - probe.patch.y0 + relative * along
     body |= {"separation_y_px": row, "cavity_flare": flare}
-    s = draw(seed, stretch=stretch, margin=40, noise=noise, body=body)
+    s = draw(seed, stretch=stretch, margin=40, noise=noise, body=body, light=light)
     top = s.patch.y0 + max(row, s.shape.y - s.patch.y0 - 0.3 * along) + 3.0
     return s, row, fit_silhouette(s.patch, nudged(s.shape, 0.5, seed), top_y_px=top)
 
@@ -41,6 +41,30 @@ def test_a_corner_that_shows_is_found(stretch, relative, flare):
         pulls.append(error / found.y_unc_px)
     assert np.sqrt(np.mean(np.square(errors))) < 0.35
     assert np.max(np.abs(pulls)) < 3.0
+
+
+@pytest.mark.parametrize("stretch", [0.85, 1.0, 1.2])
+@pytest.mark.parametrize(("relative", "flare"), [(-0.1, 0.3), (-0.1, 0.5), (0.1, 0.5), (-0.3, 0.3)])
+def test_a_sphere_that_lets_light_through_leaves_the_corner_where_it_is(stretch, relative, flare):
+    """Its wall is darker than itself: as far as the wedge between wall and ground is thin, its inner edge is felt."""
+    for seed in range(6):
+        error, found = separation(seed, stretch, relative, flare, light={"sphere": 0.25, "dark": 0.06})
+        assert found.status == "ok"
+        assert abs(error) < 0.35
+        assert abs(error) < 2.5 * found.y_unc_px
+
+
+@pytest.mark.parametrize(
+    ("stretch", "relative", "flare"), [(1.0, -0.1, 0.1), (1.0, 0.1, 0.3), (1.2, 0.1, 0.3), (0.85, 0.1, 0.3)]
+)
+def test_a_wall_that_bends_off_the_sphere_is_known_less_well(stretch, relative, flare):
+    """No parabola with the curvature of a usual wall follows it, so the corner depends on how far it is followed."""
+    pulls = []
+    for seed in range(8):
+        error, found = separation(seed, stretch, relative, flare, cavity_bend=1 / 30)
+        pulls += [error / found.y_unc_px] if found.status == "ok" else []
+    assert len(pulls) >= 5
+    assert np.max(np.abs(pulls)) < 2.5
 
 
 def test_no_cavity_no_line():

@@ -143,3 +143,12 @@ def test_what_is_uncovered_late_is_ground_all_the_same() -> None:
     spots[50:64:4, 70:90:4] = 0.9  # dust on the glass
     ground = build_background((samples * spots).round().astype(np.uint8), 255.0).level / lamp()
     assert ground[50:64:4, 70:90:4] == pytest.approx(0.9, abs=0.03)
+
+
+def test_a_dark_plate_is_no_ground_that_was_seen_late() -> None:
+    """Noise makes single places of it half as dark in the first frame as later."""
+    rng = np.random.default_rng(6)
+    samples = np.stack([frame(80, 20 + 2 * k, 12, rng) for k in range(16)]).astype(float)
+    samples[:, 80:] = np.abs(samples[:, 80:] * 0.03 + 3.0 * rng.normal(size=samples[:, 80:].shape))
+    ground = build_background(samples.round().astype(np.uint8), 255.0).level / lamp()
+    assert ground[84:].max() < 0.2

@@ -124,6 +124,7 @@ def _views(made: Made, t: np.ndarray, stretch: np.ndarray) -> dict[str, dict[str
         "bottom_y_px": bottom, "bottom_y_px_unc": 0.05, "bottom_local_y_px": bottom, "bottom_local_y_px_unc": 0.05,
         "y_b_m": np.where(good, -depth, np.nan), "y_b_m_unc": 2e-5, "y_b_source": "local",
         "separation_y_px": bottom - radius_px, "separation_y_px_unc": 0.4, "separation_y_m": made.diameter / 2 - depth,
+        "separation_y_m_unc": 1e-4,
         "arc_fraction": 0.5, "gated_fraction": 0.02, "residual_rms_px": 0.06,
     }  # fmt: skip
     top = {**shown, "center_y_px": 512.0, "radius_px": radius_px * stretch, "radius_px_unc": 0.03, "stretch": stretch,

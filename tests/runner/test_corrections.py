@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
@@ -170,3 +171,16 @@ def test_a_value_by_hand_without_uncertainty_is_good_to_a_pixel(tmp_path: Path) 
     table = read_table(tmp_path, "side")
     assert table["stretch_unc"].tolist() == pytest.approx([1e-4, 1.0 / 50.0, 1e-4])
     assert table["y_b_m_unc"].tolist() == pytest.approx([1e-5, 1e-3, 1.0 / 2000.0])
+
+
+@pytest.mark.parametrize(("said", "expected"), [({}, 1.0 / 2000.0), ({"separation_y_m_unc": 5e-4}, 5e-4)])
+def test_a_separation_line_by_hand_has_an_uncertainty(tmp_path: Path, said: dict[str, float], expected: float) -> None:
+    """Also in a frame in which none was measured."""
+    side = {"frame": [0, 1], "separation_y_m": [math.nan, -0.2], "separation_y_m_unc": [math.nan, 1e-5], "status": "ok"}
+    write_table(tmp_path, "side", new_table("side", side))
+    geometry = {"view": ["side"], "scale_px_per_m": [2000.0], "radius_px": [50.0]}
+    write_table(tmp_path, "geometry", new_table("geometry", geometry))
+    correct_frames(tmp_path, FrameCorrection(view="side", frames=(0, 0), separation_y_m=-0.1, **said))
+    table = read_table(tmp_path, "side")
+    assert table["separation_y_m"].tolist() == [-0.1, -0.2]
+    assert table["separation_y_m_unc"].tolist() == pytest.approx([expected, 1e-5])

@@ -352,6 +352,7 @@ def test_corrections_by_hand(results: Path, drop: Drop) -> None:
     assert corrected["y_b_m"].tolist()[:2] == [1.0, -0.5]
     assert corrected["y_b_m"].isna().tolist() == [False, False, True]
     assert corrected["status"].tolist() == ["ok", "manual", "manual"]
+    assert corrected["y_b_m_unc"].isna().tolist() == [True, True, True]  # of a pixel nobody knows the size
     events = read_table(results, "events")
     assert events[["t_s", "value", "status"]].values.tolist() == [[0.08, "deep_seal", "manual"]]
 

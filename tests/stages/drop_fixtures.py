@@ -80,6 +80,7 @@ def write_views(folder: Path, known: Known, *, noise: float = 0.1, seed: int = 0
         "y_b_m_unc": np.full(n, noise / SCALE),
         "y_b_source": ["local"] * n,
         "separation_y_m": separation,
+        "separation_y_m_unc": np.where(np.isfinite(separation), noise / SCALE, np.nan),
         "status": ["ok"] * n,
     }
     if not rigid:

@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 from tests.stages.rendered import SIDE, change, errors_px, measure, render, truth
+from wentry_cli.comparison.campaign import compare
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.errors import InputError, TooFewMeasurementsError
 from wentry_cli.stages import kinematics
@@ -61,6 +62,20 @@ def test_a_row_is_ok_only_where_its_values_are_filled(soft: tuple[Path, Path]) -
     assert set(good.y_b_source) <= {"local", "ellipse"}
     assert good.separation_y_px.notna().sum() > 5
     assert good[good.t_s < 0].separation_y_px.isna().all()
+
+
+def test_the_separation_line_says_how_well_it_is_known(soft: tuple[Path, Path]) -> None:
+    """In metres at least as badly as in pixels, and ``wentry compare`` states its pull."""
+    side = read_table(soft[1], "side")
+    line = side.dropna(subset=["separation_y_m"])
+    scale = read_table(soft[1], "geometry").set_index("view").loc["side"].scale_water_px_per_m
+    assert line.separation_y_m_unc.notna().all()
+    assert side[side.separation_y_m.isna()].separation_y_m_unc.isna().all()
+    assert (line.separation_y_m_unc >= line.separation_y_px_unc / scale).all()
+    assert (line.separation_y_m_unc < 2.0 * line.separation_y_px_unc / scale + 1e-4).all()
+    (soft[1] / "drop.json").write_text("{}")
+    (found,) = [item for item in compare(soft[1].parent, soft[0]) if item.quantity == "separation_y_m"]
+    assert 0.2 < found.errors.pull < 2.0
 
 
 def test_the_top_view_shares_the_impact(soft: tuple[Path, Path]) -> None:

@@ -127,6 +127,18 @@ def test_separation_is_where_the_drawn_wall_meets_the_sphere(soft_course):
         assert now.depth[-1] == pytest.approx(contact, abs=1e-9)
 
 
+@pytest.mark.parametrize("misfit", [[0.0, 0.0], [0.003, 0.004], [-0.004, 0.003], [0.0, -0.01]])
+def test_the_wall_leaves_the_outline_as_it_is_drawn(misfit):
+    course, _ = plan_scene(make_scene(switches={"misfit": misfit}))
+    for t in (0.012, 0.04, 0.06):
+        now = see_instant(course, t)
+        separation = find_separation(course, now)
+        right = now.outline[:721]  # from the lowest point over the right side to the highest
+        drawn = np.interp(separation, right[:, 1], right[:, 0])
+        assert separation == pytest.approx(-now.depth[-1], abs=1e-9)
+        assert now.wall[-1] == pytest.approx(drawn, abs=1e-6)
+
+
 @pytest.mark.parametrize("kind", ["water_entry", "surface_impact"])
 @pytest.mark.parametrize(
     "switches",

@@ -39,6 +39,7 @@ class FrameCorrection(Part):
     y_b_m: Level | None = None
     y_b_m_unc: LevelUncertainty | None = None
     separation_y_m: Level | None = None
+    separation_y_m_unc: LevelUncertainty | None = None
 
     @model_validator(mode="after")
     def _says_one_thing(self) -> FrameCorrection:

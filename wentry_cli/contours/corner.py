@@ -17,6 +17,7 @@ from wentry_cli.contours.arc import NX, NY, X, Y, departure_at, semi_axes
 from wentry_cli.contours.band import ellipse_distance
 from wentry_cli.contours.leaving import base_below, clings, first_departure
 from wentry_cli.contours.normal_equations import factorise, invert_block, substitute
+from wentry_cli.contours.wedge import DOUBT, SLANTED, most_shift, wedge_shift, wedge_step
 from wentry_cli.imaging.edges import CANDIDATES, edge_candidates
 
 Floats = NDArray[np.float64]
@@ -32,6 +33,8 @@ BENT = 0.5
 MOST_RESIDUAL_PX, MOST_RESIDUAL, POINT_PX, BASE_UNC_PX = 0.3, 3.0, 0.04, 0.03
 TURNS, SETTLED_PX, MOST_UNSETTLED_PX = 8, 0.05, 0.4
 STEEPEST_STEP_PX = 4.0
+# A wall that is followed over the near range alone is believed less.
+TRUST_RANGE = 3.0
 # How far the outline stays off a right-angled corner by blur alone, and what more of it may hide of the wall.
 FILLED_PX, BENT_AWAY = 0.6, 5.0
 # Where the wall leaves at a right angle, what happens within the blur is not seen at all.
@@ -79,21 +82,32 @@ def off_ellipse(shape: Floats, x: float, y: float) -> float:
 
 
 @compiled
-def wall_points(values: NDArray[np.float32], shape: Floats, rays: Floats, strong: float) -> Floats:
-    """The outermost strong edge on each ray, rows of (x, y, how far off the outline of ``shape``)."""
+def wall_points(
+    values: NDArray[np.float32], shape: Floats, rays: Floats, base: float, light: tuple[float, float]
+) -> Floats:
+    """The outermost strong edge on each ray, rows of (x, y, how far off the outline of ``shape``, doubt in px).
+
+    ``base`` is how far the edge of the sphere lies off the ellipse, ``light`` the least height of an edge and the blur.
+    """
     at, height, _ = edge_candidates(values, rays, HALF_PX, STEP_PX, 1)
-    points = np.empty((rays.shape[0], 3))
+    outer = np.full(rays.shape[0], math.nan)
+    for k in range(rays.shape[0]):
+        for slot in range(CANDIDATES):
+            if height[k, slot] >= light[0] and not outer[k] >= at[k, slot]:
+                outer[k] = at[k, slot]
+    inner = SLANTED * base + INWARDS_PX - HALF_PX
+    step = wedge_step(values, rays, inner, outer, light[1])
+    points = np.empty((rays.shape[0], 4))
     number = 0
     for k in range(rays.shape[0]):
-        outer = math.nan
-        for slot in range(CANDIDATES):
-            if height[k, slot] >= strong and not outer >= at[k, slot]:
-                outer = at[k, slot]
-        if not math.isnan(outer):
-            points[number, 0] = rays[k, 0] + outer * rays[k, 2]
-            points[number, 1] = rays[k, 1] + outer * rays[k, 3]
-            points[number, 2] = off_ellipse(shape, points[number, 0], points[number, 1])
-            number += 1
+        if math.isnan(outer[k]):
+            continue
+        shift = wedge_shift(step, outer[k] - inner, light[1]) if most_shift(step) > POINT_PX else 0.0
+        points[number, 0] = rays[k, 0] + (outer[k] - shift) * rays[k, 2]
+        points[number, 1] = rays[k, 1] + (outer[k] - shift) * rays[k, 3]
+        points[number, 2] = off_ellipse(shape, points[number, 0], points[number, 1])
+        points[number, 3] = DOUBT * shift
+        number += 1
     return points[:number]
 
 
@@ -212,7 +226,7 @@ def carry_back(
         if math.isnan(u):
             return nan, nan, residual
         powers = np.array([1.0, u, 0.5 * u * u])
-        variance = base[1] ** 2
+        variance = base[1] ** 2 + np.mean(kept[:, 3]) ** 2
         for i in range(3):
             for j in range(3):
                 variance += powers[i] * covariance[i, j] * powers[j]
@@ -231,12 +245,16 @@ def carry_back(
 
 @compiled
 def find_corner(
-    values: NDArray[np.float32], shape: Floats, length: Floats, path: Floats, off: Floats, strong: float
+    values: NDArray[np.float32],
+    shape: Floats,
+    outline: tuple[Floats, Floats, Floats],
+    light: tuple[float, float],
 ) -> tuple[float, float, float]:
     """Row of the corner on one side, its uncertainty (px) and how it was seen.
 
-    ``length``, ``path`` and ``off`` are arc length, ray and departure of the outline from the bottom up.
+    ``outline`` is its arc length, ray and departure from the bottom up, ``light`` as for `wall_points`.
     """
+    length, path, off = outline
     found = first_departure(length, off)
     if found < 0:
         return math.nan, math.nan, NO_CORNER
@@ -244,15 +262,20 @@ def find_corner(
         return math.nan, math.nan, TOO_SHORT
     middle, scatter, number = base_below(length, off, found)
     base = (middle, math.hypot(BASE_UNC_PX, scatter / math.sqrt(max(1, number))), scatter)
-    points = wall_points(values, shape, slanted_rays(length, path, found), strong)
+    points = wall_points(values, shape, slanted_rays(length, path, found), middle, light)
     corner = np.array([path[found, X], path[found, Y]])
+    wider = corner.copy()
     row, unc, residual = carry_back(shape, points, base, corner, FIRST_FAR_PX)
-    wider = np.array([path[found, X], path[found, Y]])
     again, less, rest = carry_back(shape, points, base, wider, LAST_FAR_PX)
+    change = abs(again - row)
+    if math.isnan(again):
+        unc *= TRUST_RANGE
     if math.isnan(row) or (less < unc and rest < max(0.1, 1.5 * residual)):
         row, unc, corner = again, less, wider
     if math.isnan(row):
         return math.nan, math.nan, NO_CORNER
+    if not math.isnan(change):  # what no parabola follows moves the corner with the range
+        unc = math.hypot(unc, change)
     nearest, at = math.inf, math.nan
     for n in range(length.size):
         away = math.hypot(path[n, X] - corner[0], path[n, Y] - corner[1])

@@ -21,6 +21,7 @@ Floats = NDArray[np.float64]
 RAY_SPACING_PX = 1.5
 SEARCH_PX = 9.0
 STEP_PX = 1.0
+USUAL_BLUR_PX = 1.2
 LEAST_UNC_PX, MOST_UNC_PX, MOST_DISAGREEMENT_PX = 0.1, 1.3, 5.0
 # The sharp end of a sphere flatter than this hides the corner.
 FLATTEST = 1.5
@@ -54,7 +55,8 @@ def find_separation(patch: Patch, fit: SilhouetteFit, *, departure: tuple[float,
     if fit.stretch > FLATTEST:
         return unseen("no_edge")
     values = np.ascontiguousarray(patch.values, dtype=np.float32)
-    left, right = both_sides(values, fit.shape.vector(patch.x0, patch.y0, departure))
+    blur = fit.blur_px if math.isfinite(fit.blur_px) else USUAL_BLUR_PX
+    left, right = both_sides(values, fit.shape.vector(patch.x0, patch.y0, departure), blur)
     rows = (left[0] + patch.y0, right[0] + patch.y0)
     unc = (math.hypot(left[1], LEAST_UNC_PX), math.hypot(right[1], LEAST_UNC_PX))
     seen = [side for side in range(2) if unc[side] < MOST_UNC_PX]
@@ -126,7 +128,7 @@ def goes_on(path: Floats, off: Floats, row: float) -> bool:
 
 @compiled
 def both_sides(
-    values: NDArray[np.float32], shape: Floats
+    values: NDArray[np.float32], shape: Floats, blur: float
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     """The corners on the left and on the right, each as (row, uncertainty, how it was seen)."""
     rays, outer, strong = departures(values, shape)
@@ -134,12 +136,11 @@ def both_sides(
     for k in range(rays.shape[0]):
         if rays[k, Y] > rays[bottom, Y]:
             bottom = k
-    length, path, off = one_side(rays, outer, bottom, 1)
-    other_length, other_path, other_off = one_side(rays, outer, bottom, -1)
-    left = find_corner(values, shape, length, path, off, strong)
-    right = find_corner(values, shape, other_length, other_path, other_off, strong)
+    one, other = one_side(rays, outer, bottom, 1), one_side(rays, outer, bottom, -1)
+    left = find_corner(values, shape, one, (strong, blur))
+    right = find_corner(values, shape, other, (strong, blur))
     nothing = (math.nan, math.nan, NO_CORNER)
     return (
-        nothing if goes_on(other_path, other_off, left[0]) else left,
-        nothing if goes_on(path, off, right[0]) else right,
+        nothing if goes_on(other[1], other[2], left[0]) else left,
+        nothing if goes_on(one[1], one[2], right[0]) else right,
     )

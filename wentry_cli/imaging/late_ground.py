@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.imaging.ground import BLOCK_PX, block_means, fill_holes
 
-COVERED = 0.95  # of the ground: what is darker in the first frame shows something else there
+COVERED = 0.05  # of the bright ground: what is darker than the level by that in the first frame shows something else
 CORE, FADING = 0.95, 0.98  # of the ground around: a patch that is darker somewhere, and how far it reaches
 EDGE_BLOCKS = 2
 
@@ -26,8 +26,10 @@ def false_ground(level: NDArray[np.float32], first: NDArray[Any]) -> NDArray[np.
     """
     rows, columns = level.shape
     known, begun = block_means(level), block_means(first)
-    share = begun / known
-    covered = share < COVERED * float(np.nanmedian(share)) if np.isfinite(share).any() else np.zeros(share.shape, bool)
+    if not np.isfinite(known).any():
+        return np.zeros(level.shape, bool)
+    ground, light = float(np.nanpercentile(known, 80)), float(np.nanmedian(begun / known))
+    covered = begun < light * known - COVERED * ground
     if not covered.any() or covered.all():
         return np.zeros(level.shape, bool)
     around = fill_holes(np.where(covered, np.float32(np.nan), known))

@@ -75,7 +75,7 @@ def _by_eye(folder: Path, view: str) -> dict[str, float]:
     geometry = read_table(folder, "geometry")
     row = geometry[geometry["view"] == view].iloc[0]
     metres = 1.0 / float(row["scale_px_per_m"])
-    return {"stretch": 1.0 / float(row["radius_px"]), "y_b_m": metres}
+    return {"stretch": 1.0 / float(row["radius_px"]), "y_b_m": metres, "separation_y_m": metres}
 
 
 def _count_left(folder: Path, drop: Drop) -> None:

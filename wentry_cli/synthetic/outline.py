@@ -55,16 +55,24 @@ def measure_outline(points: Floats) -> tuple[float, float]:
 class Shape:
     """How the sphere departs from an upright ellipse at every stretch of the ellipse.
 
-    ``widest`` is its greatest half-width, across its own axis, over that of the ellipse.
+    ``widest`` is its greatest half-width, across its own axis, over that of the ellipse. ``profile`` is half the
+    outline of a misfit shape that is not stretched, rows of (height above the centre, half-width) in radii, from below.
     """
 
     widest: float
     along: CubicSpline | None
+    profile: Floats | None = None
 
     def lowest(self, stretch: Floats | float) -> Floats:
         """Depth of the lowest point below the centre, in radii."""
         stretch = np.asarray(stretch, float)
         return np.asarray((1.0 if self.along is None else self.along(stretch)) / stretch**2)
+
+    def half_width(self, relative: Floats) -> Floats:
+        """Half-width at heights above the centre, both in semi-axes of the ellipse; the tilt is left out of it."""
+        if self.profile is None:
+            return np.sqrt(1.0 - relative**2)
+        return np.interp(relative, self.profile[:, 0], self.profile[:, 1])
 
     def lowest_slope(self, stretch: Floats) -> Floats:
         """Derivative of :meth:`lowest` with respect to the stretch."""
@@ -76,10 +84,12 @@ def describe_shape(tilt_deg: float, misfit: tuple[float, float]) -> Shape:
     """Measure the outlines of a misfit and a tilt once, over all stretches."""
     if not tilt_deg and not any(misfit):
         return Shape(1.0, None)
-    widest, _ = measure_outline(draw_sphere_outline(1.0, 1.0, misfit=misfit))
+    upright = draw_sphere_outline(1.0, 1.0, misfit=misfit)
+    widest, _ = measure_outline(upright)
     drawn = (draw_sphere_outline(1.0, float(s), tilt_deg=tilt_deg, misfit=misfit) for s in STRETCHES)
     lowest = np.array([measure_outline(points)[1] for points in drawn])
-    return Shape(widest, CubicSpline(STRETCHES, lowest * STRETCHES**2))
+    profile = np.column_stack([-upright[:, 1], upright[:, 0]])[: POINTS // 2 + 1] if any(misfit) else None
+    return Shape(widest, CubicSpline(STRETCHES, lowest * STRETCHES**2), profile)
 
 
 def draw_blob(

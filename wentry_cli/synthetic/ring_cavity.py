@@ -100,7 +100,7 @@ def find_contact(motion: Motion, physics: Physics, t: Floats) -> tuple[Floats, F
     phi = np.radians(physics.contact_angle_deg)
     height = np.minimum(y + along * np.sin(phi), 0.0)
     relative = np.clip((height - y) / along, -1.0, 1.0)
-    return -height, across * np.sqrt(1.0 - relative**2)
+    return -height, across * motion.shape.half_width(relative)
 
 
 def find_expansions(motion: Motion) -> Floats:

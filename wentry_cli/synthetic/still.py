@@ -12,15 +12,16 @@ from wentry_cli.synthetic.outline import describe_shape, draw_blob, draw_sphere_
 from wentry_cli.synthetic.raster import Polygon, Window, draw_polygons
 
 Floats = NDArray[np.float64]
+CAVITY_POINTS = 200
 
 
 @dataclass(frozen=True)
 class StillBody:
     """A deformed sphere in pixels; ``separation_y_px`` joins a dark cavity to it above that row (NaN: none).
 
-    ``cavity_flare`` widens the cavity upward (pixels across per pixel up); ``misfit`` is (e3, e4) of
-    ``outline.draw_sphere_outline``; a positive ``tilt_deg`` moves the lower pole to the right; ``motion_px`` is the
-    displacement during the exposure.
+    ``cavity_flare`` widens the cavity upward (pixels across per pixel up), ``cavity_bend`` more and more (1/px);
+    ``misfit`` is (e3, e4) of ``outline.draw_sphere_outline``; a positive ``tilt_deg`` moves the lower pole to the
+    right; ``motion_px`` is the displacement during the exposure.
     """
 
     center_x_px: float
@@ -31,6 +32,7 @@ class StillBody:
     misfit: tuple[float, float] = (0.0, 0.0)
     separation_y_px: float = float("nan")
     cavity_flare: float = 0.15
+    cavity_bend: float = 0.0
     motion_px: tuple[float, float] = (0.0, 0.0)
 
 
@@ -38,6 +40,7 @@ class StillBody:
 class StillLight:
     """How the body is seen: transmissions, blur, noise, and what hides it.
 
+    ``dark`` is that of all that is dark, ``sphere`` that of the sphere where it lets more light through;
     ``gradient`` is the change of the light across the frame as a fraction; ``droplets`` the fraction of the arc below
     the separation that droplets cover; ``bright_spots`` a number of bright spots inside the silhouette;
     ``splash_ring`` a dark ring outside that merges with this fraction of the outline (top view); ``scenery`` what else
@@ -45,6 +48,7 @@ class StillLight:
     """
 
     dark: float = 0.08
+    sphere: float | None = None
     psf_px: float = 1.0
     sensor: Sensor = field(default_factory=Sensor)
     gradient: tuple[float, float] = (0.0, 0.0)
@@ -86,8 +90,10 @@ def _cavity_outline(body: StillBody, outline: Floats, top_y: float) -> Floats:
     inside = np.clip(1.0 - (y / sphere_y) ** 2, 0.0, 1.0)
     right = body.stretch * body.radius_px * float(np.sqrt(inside)) if not any(body.misfit) else right
     height = y - (top_y - body.center_y_px)
-    up = right + body.cavity_flare * height
-    return np.array([[right, y], [up, y - height], [-up, y - height], [-right, y]])
+    up = np.linspace(0.0, height, CAVITY_POINTS) if body.cavity_bend else np.array([0.0, height])
+    half = right + body.cavity_flare * up + 0.5 * body.cavity_bend * up * up
+    side = np.column_stack([np.maximum(half, 0.0), y - up])
+    return np.concatenate([side, (side * (-1.0, 1.0))[::-1]])
 
 
 def _hide_with_droplets(body: StillBody, outline: Floats, share: float, rng: np.random.Generator) -> list[Polygon]:
@@ -152,7 +158,7 @@ def draw_still(body: StillBody, light: StillLight, shape: tuple[int, int], rng: 
     instants = []
     for dx, dy in _instants(body, shape):
         at = np.array([body.center_x_px + dx, body.center_y_px + dy])
-        polygons = [Polygon(outline + at, light.dark, 2), *still]
+        polygons = [Polygon(outline + at, light.dark if light.sphere is None else light.sphere, 2), *still]
         if cavity is not None:
             polygons.append(Polygon(cavity + at, light.dark, 1))
         instants.append(polygons)

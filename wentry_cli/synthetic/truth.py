@@ -40,7 +40,7 @@ def find_separation(course: Course, now: Instant) -> float:
     along = course.motion.radius_m / now.stretch**2
     across = course.motion.radius_m * now.stretch
     relative = np.clip((-now.depth - now.y_c_m) / along, -1.0, 1.0)
-    sphere = across * np.sqrt(1.0 - relative**2)
+    sphere = across * course.motion.shape.half_width(relative)
     off = (now.wall >= sphere * (1.0 - 1e-6)) & (now.depth <= contact)
     if off.size > 1 and off[-1] and now.wall[-2] < sphere[-2] * (1.0 - 1e-6):
         # the ring that is being laid touches the sphere in any case; where the one above it is wet, so is this
