@@ -80,3 +80,12 @@ def test_a_rim_that_leaps_from_open_to_closed_is_refused() -> None:
 def test_a_rim_that_stays_open_or_was_not_seen() -> None:
     assert find_rim_closure(T, 100.0 - 500.0 * T).status == "clip_ended"
     assert find_rim_closure(T, np.full(T.size, np.nan)).status == "no_edge"
+
+
+def test_a_crown_that_closes_faster_in_the_end() -> None:
+    """Its film snaps shut when less than a third is open: a line through what was before leads far beyond that."""
+    opening = np.where(T < 0.0111, np.clip(120.0 * (0.0140 - T), 0.0, 1.0), 0.0)
+    found = find_dome_over(T, 60.0 - 48.0 * opening**2)
+    assert found.status == "ok"
+    assert abs(found.t_s - 0.0111) < 5e-4
+    assert 5e-4 < found.t_unc_s < 3e-3

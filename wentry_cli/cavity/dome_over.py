@@ -110,6 +110,8 @@ def _closure(time: Floats, opening: Floats, first: int, last: int) -> DomeOver:
     """Zero of a line through the opening while it closes.
 
     Where too few samples show it close, it is the first closed one, as uncertain as the time since the last open one.
+    A line that leads beyond what the first closed sample leaves open is one of a crown that closed faster in the end:
+    the time is that of the sample, and as uncertain as the line is late.
     """
     part = slice(first, last + 2)
     use = (opening[part] > FITTED[0]) & (opening[part] < FITTED[1])
@@ -122,4 +124,5 @@ def _closure(time: Floats, opening: Floats, first: int, last: int) -> DomeOver:
     rest = opening[part][use] - design @ solution
     step = float(np.median(np.diff(time)))
     unc = float(np.hypot(np.sqrt(np.mean(rest**2)) / abs(solution[1]), 0.5 * step))
-    return DomeOver(float(time[last] - solution[0] / solution[1]), unc, "ok")
+    left = max(float(solution[0] - opening[last]), 0.0) / abs(solution[1])
+    return DomeOver(float(time[last] - solution[0] / solution[1]) - left, float(np.hypot(unc, left)), "ok")
