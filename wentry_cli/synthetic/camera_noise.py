@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtri
 
 from wentry_cli.compiled import compiled
 
@@ -29,14 +31,26 @@ class Sensor:
         return int(2**self.bits - 1)
 
 
+@cache
+def _normal_deviates() -> NDArray[np.float32]:
+    """The deviates of a normal distribution that 65536 equal shares of it have in their middle, of unit variance.
+
+    Two random bytes choose one of them: a fifth of the time that numpy takes, which was a third of a frame's. The
+    greatest is 4.3; of a million pixels a dozen would have more.
+    """
+    deviates = ndtri((np.arange(65_536) + 0.5) / 65_536)
+    return np.asarray(deviates / np.std(deviates), np.float32)
+
+
 @compiled
-def _expose(transmission, light, normal, read_variance, shot_variance, white, out):  # type: ignore[no-untyped-def]
+def _expose(transmission, light, noise, read_variance, shot_variance, white, out):  # type: ignore[no-untyped-def]
     rows, columns = transmission.shape
+    deviates, chosen = noise
     for r in range(rows):
         for c in range(columns):
             signal = transmission[r, c] * light[r, c]
             variance = read_variance + shot_variance * max(signal, 0.0)
-            value = signal + np.sqrt(variance) * normal[r, c] + 0.5
+            value = signal + np.sqrt(variance) * deviates[chosen[r, c]] + 0.5
             out[r, c] = int(min(max(value, 0.0), white))
 
 
@@ -59,8 +73,8 @@ def expose_frame(
     ground = sensor.level * sensor.white
     variance = (sensor.noise * ground) ** 2
     out = np.empty(transmission.shape, np.uint8 if sensor.bits == 8 else np.uint16)
-    normal = rng.standard_normal(transmission.shape, np.float32)
+    chosen = np.frombuffer(rng.bytes(2 * out.size), "<u2").reshape(out.shape)
     shot = np.float32(sensor.shot_share * variance / ground)
     read = np.float32((1.0 - sensor.shot_share) * variance)
-    _expose(transmission, light, normal, read, shot, np.float32(sensor.white), out)
+    _expose(transmission, light, (_normal_deviates(), chosen), read, shot, np.float32(sensor.white), out)
     return out

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.compiled import compiled
 from wentry_cli.synthetic.scene import Camera
 
 Levels = NDArray[np.uint8] | NDArray[np.uint16]
@@ -55,12 +56,18 @@ def pack_12bit(levels: NDArray[np.uint16]) -> bytes:
     flat = levels.ravel()
     if flat.size % 2:
         flat = np.append(flat, np.uint16(0))
-    pairs = flat.reshape(-1, 2).astype(np.uint32)
-    packed = np.empty((pairs.shape[0], 3), np.uint8)
-    packed[:, 0] = pairs[:, 0] >> 4
-    packed[:, 1] = ((pairs[:, 0] & 15) << 4) | (pairs[:, 1] >> 8)
-    packed[:, 2] = pairs[:, 1] & 255
+    packed = np.empty((flat.size // 2, 3), np.uint8)
+    _pack(np.ascontiguousarray(flat), packed)
     return packed.tobytes()
+
+
+@compiled
+def _pack(levels: NDArray[np.uint16], packed: NDArray[np.uint8]) -> None:
+    for pair in range(packed.shape[0]):
+        one, other = levels[2 * pair], levels[2 * pair + 1]
+        packed[pair, 0] = one >> 4
+        packed[pair, 1] = ((one & 15) << 4) | (other >> 8)
+        packed[pair, 2] = other & 255
 
 
 PREAMBLE = 256

@@ -121,6 +121,11 @@ def _add_step(row, u, step, table):  # type: ignore[no-untyped-def]
     fraction = (u - base) * phases
     cell = int(fraction)
     fraction -= cell
+    if base >= half and base - half + taps <= width:  # as it nearly always is: a loop without a branch
+        part, low, high = row[base - half : base - half + taps], table[cell], table[cell + 1]
+        for t in range(taps):
+            part[t] += step * ((1.0 - fraction) * low[t] + fraction * high[t])
+        return
     for t in range(taps):
         column = max(base - half + t, 0)
         if column < width:
