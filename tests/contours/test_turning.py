@@ -20,12 +20,13 @@ def fits(stretch, tilt, *, held, level="accurate", free="x y stretch", seeds=12)
 @pytest.mark.parametrize("level", ["accurate", "fast"])
 @pytest.mark.parametrize(("stretch", "tilt", "held"), [(1.2, 5.0, 4.5), (1.1, 1.0, 0.0), (0.88, -3.0, -2.5)])
 def test_one_step_gives_the_tilt_back(stretch, tilt, held, level):
-    found = list(fits(stretch, tilt, held=held, level=level))
+    found = list(fits(stretch, tilt, held=held, level=level, seeds=40))
     assert all(fit.status == "ok" and fit.tilt_deg == pytest.approx(held) for fit in found)
     error = np.array([fit.seen_tilt_deg - tilt for fit in found])
     unc = np.array([fit.seen_tilt_unc_deg for fit in found])
     assert np.all(np.abs(error) < 3.5 * np.hypot(unc, 0.02 * abs(tilt - held)))
-    assert 0.5 < np.sqrt(np.mean((error / unc) ** 2)) < 1.6
+    # rays are counted as fewer than they are where they share noise: the scan claims less than it knows
+    assert (0.75 if level == "accurate" else 0.4) < np.sqrt(np.mean((error / unc) ** 2)) < 1.3
     assert np.median(unc) < 0.1
 
 
