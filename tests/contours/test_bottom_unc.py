@@ -5,15 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from wentry_cli.contours.ellipse import EllipseShape, bottom_gradient
-from wentry_cli.contours.fitting import bottom_unc
+from wentry_cli.contours.ellipse import EllipseShape
+from wentry_cli.contours.fitting import bottom_gradient, bottom_unc
 
 
 @pytest.mark.parametrize(("stretch", "tilt"), [(1.0, 0.0), (0.8, 3.0), (1.7, -20.0)])
 def test_the_uncertainty_of_the_lowest_row_is_that_of_its_gradient(stretch: float, tilt: float) -> None:
     shape = EllipseShape(10.0, 20.0, 60.0, stretch, tilt)
     root = np.random.default_rng(4).normal(size=(5, 5))
-    covariance, gradient = root @ root.T, bottom_gradient(shape)
+    covariance, gradient = root @ root.T, bottom_gradient(shape.radius, stretch, math.radians(tilt))
     assert bottom_unc(shape, covariance) == pytest.approx(math.sqrt(gradient @ covariance @ gradient))
 
 

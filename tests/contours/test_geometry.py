@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from wentry_cli.contours.arc import LENGTH, NX, NY, J, X, Y, arc_geometry, quadrant_table, sector_angles, sector_at
 from wentry_cli.contours.band import collect_band, ellipse_distance
-from wentry_cli.contours.ellipse import EllipseShape, bottom_gradient
+from wentry_cli.contours.ellipse import EllipseShape
+from wentry_cli.contours.fitting import bottom_gradient
 
 shapes = st.builds(
     EllipseShape,
@@ -42,7 +43,9 @@ def test_gradient_of_the_bottom(shape):
             moved[i] += sign * 1e-5
             ends.append(EllipseShape(*moved[:4], math.degrees(moved[4])).bottom_y)
         steps.append((ends[0] - ends[1]) / 2e-5)
-    assert bottom_gradient(shape) == pytest.approx(np.array(steps), abs=1e-4)
+    assert bottom_gradient(shape.radius, shape.stretch, math.radians(shape.tilt_deg)) == pytest.approx(
+        np.array(steps), abs=1e-4
+    )
 
 
 @given(shape=shapes)

@@ -67,6 +67,7 @@ def command(
     if output is not None:
         words = ["wentry bench", *(f"--chapter {name}" for name in chapters), *(["--quick"] if quick else [])]
         words += [f"-j {jobs}"] if jobs > 1 else []  # chapters beside each other share the caches: times are longer
+        words += [f"--ball {ball.name}"] if ball is not None else []
         click.echo(str(write_page(rows, output, " ".join([*words, f"--seed {seed}"]))), err=True)
         for name in wanted:
             module = importlib.import_module(f"wentry_cli.bench.{name}")

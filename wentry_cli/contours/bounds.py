@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from wentry_cli.contours.ellipse import PARAMETERS, EllipseShape, bottom_gradient
+from wentry_cli.contours.ellipse import PARAMETERS, EllipseShape
+from wentry_cli.contours.fitting import bottom_unc
 
 Floats = NDArray[np.float64]
 
@@ -140,14 +141,13 @@ def named_bound(shape: EllipseShape, covariance: NDArray[np.float64]) -> Bound:
     """Standard deviations by name from a covariance over PARAMETERS with zero rows where held."""
     sigma = np.sqrt(np.diag(covariance))
     bound = np.where(sigma > 0.0, sigma, math.nan)
-    gradient = bottom_gradient(shape)
     return Bound(
         x_px=float(bound[0]),
         y_px=float(bound[1]),
         radius_px=float(bound[2]),
         stretch=float(bound[3]),
         tilt_deg=math.degrees(float(bound[4])),
-        bottom_y_px=math.sqrt(float(gradient @ covariance @ gradient)),
+        bottom_y_px=bottom_unc(shape, covariance),
         covariance=covariance,
     )
 

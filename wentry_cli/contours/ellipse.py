@@ -89,20 +89,3 @@ class SilhouetteFit:
     def shape(self) -> EllipseShape:
         """The fitted ellipse."""
         return EllipseShape(self.center_x_px, self.center_y_px, self.radius_px, self.stretch, self.tilt_deg)
-
-
-def bottom_gradient(shape: EllipseShape) -> NDArray[np.float64]:
-    """Derivative of the lowest row with respect to ``PARAMETERS`` (tilt in radians)."""
-    tilt = math.radians(shape.tilt_deg)
-    a, b = shape.semi_across, shape.semi_along
-    sine, cosine = math.sin(tilt), math.cos(tilt)
-    depth = math.hypot(a * sine, b * cosine)
-    return np.array(
-        [
-            0.0,
-            1.0,
-            depth / shape.radius,
-            (a * a * sine**2 - 2.0 * b * b * cosine**2) / (shape.stretch * depth),
-            (a * a - b * b) * sine * cosine / depth,
-        ]
-    )

@@ -109,18 +109,24 @@ def bottom_unc(shape: EllipseShape, covariance: NDArray[np.float64]) -> float:
 
 
 @compiled
-def bottom_spread(radius: float, stretch: float, tilt: float, covariance: NDArray[np.float64]) -> float:
-    """``bottom_unc`` of a tilt in radians; the gradient is that of ``bottom_gradient``."""
+def bottom_gradient(radius: float, stretch: float, tilt: float) -> NDArray[np.float64]:
+    """Derivative of the lowest row with respect to ``PARAMETERS`` (tilt in radians), (5,)."""
     across, along = (radius * stretch) ** 2, (radius / stretch**2) ** 2
     sine, cosine = math.sin(tilt), math.cos(tilt)
     depth = math.sqrt(across * sine**2 + along * cosine**2)
-    gradient = np.array([
+    return np.array([
         0.0,
         1.0,
         depth / radius,
         (across * sine**2 - 2.0 * along * cosine**2) / (stretch * depth),
         (across - along) * sine * cosine / depth,
     ])  # fmt: skip
+
+
+@compiled
+def bottom_spread(radius: float, stretch: float, tilt: float, covariance: NDArray[np.float64]) -> float:
+    """``bottom_unc`` of a tilt in radians."""
+    gradient = bottom_gradient(radius, stretch, tilt)
     variance = 0.0
     for i in range(1, 5):
         for j in range(1, 5):

@@ -117,7 +117,7 @@ def _entry(folder: Path, drop: Drop) -> dict[str, Any] | None:
         return None
     side, geometry = read_table(folder, "side"), first_row(folder, "geometry", view="side")
     times = column(side, "t_s")
-    _tell_of_fall(drop, fall_in_air(folder, drop))
+    _tell_of_fall(drop, fall_in_air(drop, side, geometry))
     motion = entry_motion(folder, drop, _stretch(folder, drop, times))
     x, _ = _positions(side, geometry, origin_y_px=math.nan)
     columns: dict[str, Any] = {"frame": side["frame"].to_numpy(), "t_s": times, "x_c_m": x} | motion_columns(motion)
@@ -152,7 +152,7 @@ def entry_motion(
         bottom or (column(side, "y_b_m"), column(side, "y_b_m_unc")),
         stretch,
         drop.experiment.sphere.radius_m,
-        ballistic=_known_of_fall(folder, drop),
+        ballistic=_known_of_fall(side, geometry, drop),
         mode=drop.experiment.analysis.smoother,
         slow_s=_slow(folder, side, drop),
         fixed_m=_fixed(geometry, column(side, "t_s")),
@@ -203,12 +203,12 @@ def _stretch(folder: Path, drop: Drop, times: Array) -> tuple[Array, Array]:
     return column(table, "stretch"), column(table, "stretch_unc")
 
 
-def _known_of_fall(folder: Path, drop: Drop) -> Ballistic:
+def _known_of_fall(side: pd.DataFrame, geometry: dict[str, Any], drop: Drop) -> Ballistic:
     """What is known of the fall before impact, and how far a change of scale at the waterline may shift the heights.
 
     Nothing is known of the acceleration of a fall that contradicts gravity.
     """
-    side, geometry, experiment = read_table(folder, "side"), first_row(folder, "geometry", view="side"), drop.experiment
+    experiment = drop.experiment
     times, heights = column(side, "t_s"), column(side, "y_b_m")
     before = (times < 0.0) & np.isfinite(heights)
     speed = -float(np.polyfit(times[before], heights[before], 1)[0]) if before.sum() > 2 else 0.0
@@ -219,7 +219,7 @@ def _known_of_fall(folder: Path, drop: Drop) -> Ballistic:
         experiment.sphere.density or NOMINAL_DENSITY,
         position_jump_m=_by_axis(geometry),
     )
-    fall = fall_in_air(folder, drop)
+    fall = fall_in_air(drop, side, geometry)
     return known if fall is None or fall.falls else replace(known, acceleration=math.nan)
 
 

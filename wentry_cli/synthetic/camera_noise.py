@@ -35,8 +35,8 @@ class Sensor:
 def _normal_deviates() -> NDArray[np.float32]:
     """The deviates of a normal distribution that 65536 equal shares of it have in their middle, of unit variance.
 
-    Two random bytes choose one of them: a fifth of the time that numpy takes, which was a third of a frame's. The
-    greatest is 4.3; of a million pixels a dozen would have more.
+    Two random bytes choose one of them, in much less time than numpy draws one. The greatest is 4.3; of a million
+    pixels a dozen would have more.
     """
     deviates = ndtri((np.arange(65_536) + 0.5) / 65_536)
     return np.asarray(deviates / np.std(deviates), np.float32)

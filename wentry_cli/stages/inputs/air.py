@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wentry_cli.kinematics.fall_check import Fall, check_fall
-from wentry_cli.stages.inputs.columns import column, first_row, number
-from wentry_cli.tables import read_table
+from wentry_cli.stages.inputs.columns import column, number
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from wentry_cli.config.campaign import Drop
 
 
@@ -22,13 +22,12 @@ def released(geometry: dict[str, Any]) -> float:
     return time if math.isfinite(time) else -math.inf
 
 
-def fall_in_air(folder: Path, drop: Drop) -> Fall | None:
-    """The fall before impact held against gravity (``check_fall``), by the centre of the outline.
+def fall_in_air(drop: Drop, side: pd.DataFrame, geometry: dict[str, Any]) -> Fall | None:
+    """The fall before impact held against gravity (``check_fall``), by the centre of the outline in side.csv.
 
     A lowest point may be that of a sphere that still rings or of what sticks to it, and its edge may err by itself; an
     edge that errs all round moves no centre.
     """
-    side, geometry = read_table(folder, "side"), first_row(folder, "geometry", view="side")
     pixel_m = 1.0 / number(geometry, "scale_px_per_m", math.inf)
     seen = (side["status"] == "ok").to_numpy(dtype=bool)
     height = np.where(seen, -pixel_m * column(side, "center_y_px"), np.nan)

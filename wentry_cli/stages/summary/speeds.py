@@ -85,7 +85,7 @@ def _speed_of_fall(table: pd.DataFrame, height: str, folder: Path, drop: Drop) -
 
 def _doubted_fall(speed: float, folder: Path, drop: Drop) -> float:
     """What U₀ may be wrong by where the fall before impact contradicts gravity."""
-    fall = fall_in_air(folder, drop)
+    fall = fall_in_air(drop, read_table(folder, "side"), first_row(folder, "geometry", view="side"))
     return fall.speed_doubt(speed) if fall is not None and math.isfinite(speed) else 0.0
 
 

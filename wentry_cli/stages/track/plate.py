@@ -15,6 +15,7 @@ from wentry_cli.stages.track.axis import NO_AXIS
 from wentry_cli.stages.track.exposure import exposure_frames, fitting_level
 from wentry_cli.stages.track.impact import best_bottom, entry_impact
 from wentry_cli.stages.track.lost_frames import without_lost_time
+from wentry_cli.stages.track.roundness import oblateness, with_doubted_pixels
 from wentry_cli.stages.track.scales import find_scales, given_radii, with_clipped_edge
 from wentry_cli.stages.track.side_result import SideResult, dated, in_metres, state_radius, why_no_impact
 from wentry_cli.tracking.held import let_go
@@ -43,9 +44,9 @@ def measure_plate(drop: Drop, clip: Clip, ground: Background, start: tuple[Path,
         if _still_falls(track.sightings):
             problem = "no plate was found, and the sphere falls to the end: check kind and views.side.surface_y_px"
         plate = SurfaceRow(track.turning_px, 1.0, 0.0, math.nan, "ok")
-    scales = find_scales(drop, track.radius, NO_RADIUS, ground)
     flying = [item for item in track.sightings if item.free_fit is not None or best_bottom(item)[2] > 0]
     before = [item for item in flying if item.frame < _first_contact(track.sightings, plate.y_px)]
+    scales = with_doubted_pixels(drop, find_scales(drop, track.radius, NO_RADIUS, ground), oblateness(before))
     plate = with_clipped_edge(plate, track.radius, ground)
     released_s = let_go(before, clip.time_s)
     timed = without_lost_time(drop, clip, before, scales.air, released_s)
