@@ -52,10 +52,11 @@ accuracy: $(STAMP) ## slow accuracy sweeps, and docs/accuracy.md with them
 	$(BIN)/python -m pytest -m slow
 	$(BIN)/wentry bench -o docs $(if $(BALL),--ball $(BALL))
 
-bench: $(STAMP) ## speed: frames per second, memory, start-up, beside decoding alone
+bench: $(STAMP) ## speed: frames per second, memory, start-up, rendering, beside decoding alone
 	$(BIN)/wentry bench --chapter throughput
 	$(BIN)/python benchmarks/start_up.py
 	$(BIN)/python benchmarks/memory.py 2000
+	$(BIN)/python benchmarks/render.py
 
 tables: $(STAMP) ## docs/tables.md from the schemas, docs/scenes.md from the models of a scene
 	$(BIN)/python docs/make_tables.py
