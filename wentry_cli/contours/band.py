@@ -122,9 +122,11 @@ def read_runs(
 
 @compiled
 def ellipse_distances(a: float, b: float, across: Floats, along: Floats, distance: Floats, share: Floats) -> None:
-    """`ellipse_distance` of many points, and the pseudo-angle (see `quadrant_table`) of each within its quadrant.
+    """`ellipse_distance` of many points, and the pseudo-angle (see `quadrant_table`) of the point of the ellipse below.
 
-    Without a branch in the loops the compiler turns them into vector instructions.
+    The angle of the pixel itself is not good enough: at oblique places it drifts off with the distance, and motion
+    would smear the inner pixels of a sector otherwise than the outer ones. Without a branch in the loops the compiler
+    turns them into vector instructions.
     """
     c2 = a * a - b * b
     cosine, sine = np.empty(across.size), np.empty(across.size)
@@ -134,8 +136,7 @@ def ellipse_distances(a: float, b: float, across: Floats, along: Floats, distanc
         cosine[n], sine[n] = tx / norm, ty / norm
         distance[n] = 0.0
     rounds = distance_rounds(a, b)
-    for turn in range(rounds):
-        again = turn + 1 < rounds
+    for _ in range(rounds):
         for n in range(across.size):
             tx, ty = cosine[n], sine[n]
             ex, ey = c2 * tx * tx * tx / a, -c2 * ty * ty * ty / b
@@ -144,11 +145,10 @@ def ellipse_distances(a: float, b: float, across: Floats, along: Floats, distanc
             rho, away = math.sqrt(rx * rx + ry * ry), math.sqrt(qx * qx + qy * qy)
             lost = qx * rx + qy * ry <= 0.0 or math.isnan(distance[n])
             distance[n] = math.nan if lost else away - rho
-            if again:
-                tx = max(0.0, (qx * rho / away + ex) / a)
-                ty = max(0.0, (qy * rho / away + ey) / b)
-                norm = math.sqrt(tx * tx + ty * ty) + 1e-300
-                cosine[n], sine[n] = tx / norm, ty / norm
+            tx = max(0.0, (qx * rho / away + ex) / a)
+            ty = max(0.0, (qy * rho / away + ey) / b)
+            norm = math.sqrt(tx * tx + ty * ty) + 1e-300
+            cosine[n], sine[n] = tx / norm, ty / norm
     for n in range(across.size):
         share[n] = sine[n] / (cosine[n] + sine[n] + 1e-300)
 

@@ -3,7 +3,7 @@
 In sector k a pixel at signed distance d from the ellipse is expected at
     I = inside + (outside + gradient d - inside) Phi((d - displacement + shift) / s)
 with s the normal blur and shift = curvature * (variance along the edge) / 2, the inward shift of a blurred convex edge.
-Motion across the edge smears it evenly: a mean over three Gauss-Legendre nodes. Sums per sector over the local
+Motion across the edge smears it evenly, and Phi gives way to its mean over the path. Sums per sector over the local
 parameters (displacement, inside, outside, ln s) are all that the global fit needs: within a sector the Jacobian of the
 displacement hardly changes.
 """
@@ -59,17 +59,19 @@ def expect(distance: Floats, part: Floats, by_edge: Floats, by_out: Floats, by_b
     """
     offset, inv_s, smear = part[OFFSET], part[INV_S], part[SMEAR]
     inside, outside, gradient = part[INSIDE], part[OUTSIDE], part[GRADIENT]
+    per_path = 0.5 / smear if smear > 0.0 else 0.0
     for n in range(distance.size):
         scaled = (distance[n] + offset) * inv_s
-        step, line = look_up(scaled)
-        tilted = line * scaled
         if smear > 0.0:
-            before, line_before = look_up(scaled - smear)
-            after, line_after = look_up(scaled + smear)
-            step = (8.0 * step + 5.0 * (before + after)) / 18.0
-            line = (8.0 * line + 5.0 * (line_before + line_after)) / 18.0
-            tilted = 8.0 * tilted + 5.0 * (scaled - smear) * line_before
-            tilted = (tilted + 5.0 * (scaled + smear) * line_after) / 18.0
+            # means over the path, from the integrals x Phi + phi, Phi and -phi
+            first, last = scaled - smear, scaled + smear
+            before, line_before = look_up(first)
+            after, line_after = look_up(last)
+            step = (last * after + line_after - first * before - line_before) * per_path
+            line, tilted = (after - before) * per_path, (line_before - line_after) * per_path
+        else:
+            step, line = look_up(scaled)
+            tilted = line * scaled
         contrast = outside + gradient * distance[n] - inside
         model[n] = inside + contrast * step
         by_edge[n] = -contrast * line * inv_s

@@ -105,9 +105,10 @@ def cap_band(band: Band, place: Floats) -> tuple[Band, Floats]:
             number += 1
     rows, places = np.empty((number, band.rows.shape[1])), np.empty(number)
     starts = np.zeros(number + 1, dtype=np.int64)
+    plateaus = np.empty((number, band.plateaus.shape[1], band.plateaus.shape[2]))
     for n in range(number):
         k = chosen[n]
-        rows[n], places[n] = band.rows[k], place[k]
+        rows[n], places[n], plateaus[n] = band.rows[k], place[k], band.plateaus[k]
         off = math.isnan(place[k])
         for i in range(5):
             rows[n, J + i] = 0.0 if off else place[k] ** i
@@ -118,7 +119,7 @@ def cap_band(band: Band, place: Floats) -> tuple[Band, Floats]:
         for m in range(starts[n + 1] - starts[n]):
             pixels[0, starts[n] + m] = band.pixels[0, first + m]
             pixels[1, starts[n] + m] = band.pixels[1, first + m]
-    return Band(pixels, starts, rows, band.scene, band.settings), places
+    return Band(pixels, starts, plateaus, rows, band.scene, band.settings), places
 
 
 @compiled

@@ -21,6 +21,7 @@ from wentry_cli.contours.likelihood import (
 )
 from wentry_cli.contours.normal_equations import factorise, invert_block, substitute
 from wentry_cli.contours.nuisances import PRIOR_LN_S, Belief, add_priors, noise_levels, priors, weigh_noise
+from wentry_cli.contours.plateau import FAR_PX, add_plateaus, sum_plateaus
 from wentry_cli.contours.sectors import (
     LEAST_PIXELS,
     LEVEL_IN,
@@ -54,12 +55,13 @@ SINGULAR, LOST = 1.0, 2.0
 class Band(NamedTuple):
     """Pixels about the outline, sector by sector, where each sector starts, and what the scene is like.
 
-    ``scene`` holds centre (x, y), radius and motion (x, y); ``settings`` the top row, the motion (x, y), the ceiling
+    ``plateaus`` are the moments of what lies beyond them (see `plateau`). ``scene`` holds centre (x, y), radius and motion (x, y); ``settings`` the top row, the motion (x, y), the ceiling
     and 1 where outliers lie outside only.
     """
 
     pixels: Floats
     starts: Ints
+    plateaus: Floats
     rows: Floats
     scene: Floats
     settings: Floats
@@ -113,8 +115,12 @@ def gather_band(values: NDArray[np.float32], shape: Floats, settings: Floats, ma
     motion = 0.5 * math.hypot(settings[1], settings[2])
     limits = np.array([min(HALF_PX + motion, 0.5 * min(a, b)), HALF_PX + motion, settings[0], masked])
     pixels, starts, _ = collect_band(values, shape, count, table, limits)
+    # outside of a sphere seen from above stands the splash ring, and a clipped ground is known to be clipped
+    far = 0.0 if settings[4] > 0.0 or settings[3] < math.inf else limits[1] + FAR_PX - HALF_PX
+    deep = min(limits[0] + FAR_PX - HALF_PX, 0.5 * min(a, b))
+    plateaus = sum_plateaus(values, rows, (limits[0], deep), (limits[1], far), settings[0])
     scene = np.array([shape[0], shape[1], shape[2], settings[1], settings[2]])
-    return Band(pixels, starts, rows, scene, settings)
+    return Band(pixels, starts, plateaus, rows, scene, settings)
 
 
 @compiled
@@ -149,6 +155,8 @@ def solve_band(band: Band, belief: Belief, free: Ints, patience: int) -> tuple[F
         accumulate(band.pixels, band.starts, state, belief.noise, band.settings[3], sums)
         if fresh:
             weigh_noise(sums, verdict, belief.noise)
+        else:
+            add_plateaus(band.plateaus, state, belief.noise, sums)
         level_spread(sums, belief.spread)
         judge(sums, belief.spread, band.scene[2], band.settings[4] > 0.0, turn < patience, verdict)
         normal, right = assemble(verdict, band.rows, free, band.scene)

@@ -83,8 +83,8 @@ def set_state(state: Floats, rows: Floats, moved: Floats, nuisance: Floats, scen
         # the changes of the shift and of ln(normal s) with ln s
         state[k, KAPPA_S] = kappa * s2 * state[k, INV_S]
         state[k, RATIO] = s2 / normal
-        # the outer nodes of three lie at sqrt(3/5) of half the path, whose square is 12 times the variance
-        state[k, SMEAR] = math.sqrt(1.8 * across) * state[k, INV_S] if smeared else 0.0
+        # half the path, whose square is three times the variance
+        state[k, SMEAR] = math.sqrt(3.0 * across) * state[k, INV_S] if smeared else 0.0
         state[k, INSIDE] = nuisance[LEVEL_IN]
         x, y = (rows[k, X] - scene[0]) / scene[2], (rows[k, Y] - scene[1]) / scene[2]
         state[k, OUTSIDE] = nuisance[LEVEL_OUT] + nuisance[SLOPE_X] * x + nuisance[SLOPE_Y] * y

@@ -1,0 +1,188 @@
+"""What lies farther from the edge than its blur reaches: it tells the grey levels that the edge stands between.
+
+An edge is as well known as the two levels beside it, and within the band of the edge half of the pixels are blurred.
+Their neighbours farther away cost little: they are summed once, and their model is the level alone. They count only
+where they are even: droplets, a neighbour, or a sphere that gets lighter towards its middle say nothing of the edge.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.compiled import compiled
+from wentry_cli.contours.arc import KAPPA, LENGTH, NX, NY, X, Y
+from wentry_cli.contours.likelihood import (
+    BLACK_VARIANCES,
+    CHI2,
+    COUNT,
+    GI,
+    GO,
+    GRADIENT,
+    II,
+    INSIDE,
+    OO,
+    OUTSIDE,
+    look_up,
+)
+from wentry_cli.imaging.order_statistics import median_of
+
+Floats = NDArray[np.float64]
+
+FAR_PX = 10.0
+# Sums over the pixels of one sector and side: their number, levels l, distances d, and products of these.
+N, L, LL, D, LD, DSQUARE, MOMENTS = 0, 1, 2, 3, 4, 5, 6
+INNER, OUTER = 0, 1
+FEWEST_SECTORS, LEAST_NUMBER, LEAST_PIXELS = 5, 4.0, 12.0
+# Pixels within of a sharp bend get narrow: the distance over the radius of curvature up to which they count.
+DEEPEST = 0.7
+# A plateau is left out where its mean or its scatter is so many standard deviations off those of the others.
+OFF_SIGMA, UNEVEN_SIGMA = 4.0, 5.0
+# By how much light may differ along the outline, and what counts as scatter where a sensor shows none, of the contrast.
+LEVEL_RANGE, LEAST_SCATTER = 0.03, 0.002
+# A slope across the plateau beyond so many of its standard deviations goes on to the edge, over about so many px.
+SLOPE_SIGMA, TO_EDGE_PX = 2.0, 6.0
+
+
+@compiled
+def sum_sector(
+    values: NDArray[np.float32], row: Floats, near: float, far: float, top_y: float, found: Floats
+) -> None:
+    """Fill ``found`` with the moments of the pixels of one sector between two distances of one sign, near < far.
+
+    Lines of pixels end at the neighbouring sectors, whose borders are normals of the ellipse.
+    """
+    found[:] = 0.0
+    steep = abs(row[NY]) >= abs(row[NX])
+    main, cross = (row[NY], row[NX]) if steep else (row[NX], row[NY])
+    start, aside = (row[Y], row[X]) if steep else (row[X], row[Y])
+    lines, places = (values.shape[0], values.shape[1]) if steep else (values.shape[1], values.shape[0])
+    one, other = start + near * main, start + far * main
+    for line in range(max(0, math.ceil(min(one, other))), min(lines - 1, math.floor(max(one, other))) + 1):
+        away = (line - start) / main
+        half = 0.5 * row[LENGTH] * (1.0 + row[KAPPA] * away) / abs(main)
+        middle = aside + away * cross
+        for place in range(max(0, math.ceil(middle - half)), min(places, math.ceil(middle + half))):
+            i, j = (line, place) if steep else (place, line)
+            level = np.float64(values[i, j])
+            if i < top_y or math.isnan(level):
+                continue
+            distance = (line - start) * main + (place - aside) * cross
+            found[N] += 1.0
+            found[L] += level
+            found[LL] += level * level
+            found[D] += distance
+            found[LD] += level * distance
+            found[DSQUARE] += distance * distance
+
+
+@compiled
+def sum_plateaus(
+    values: NDArray[np.float32], rows: Floats, inner: tuple[float, float], outer: tuple[float, float], top_y: float
+) -> Floats:
+    """Moments (sectors, 2 sides, MOMENTS) of the pixels inside and outside, from where to how far from the edge (px).
+
+    0 where there are too few, or where they do not look like those of the other sectors.
+    """
+    plateaus = np.zeros((rows.shape[0], 2, MOMENTS))
+    for k in range(rows.shape[0]):
+        deepest = min(inner[1], DEEPEST / max(rows[k, KAPPA], 1e-6))
+        if deepest > inner[0]:
+            sum_sector(values, rows[k], -deepest, -inner[0], top_y, plateaus[k, INNER])
+        if outer[1] > outer[0]:
+            sum_sector(values, rows[k], outer[0], outer[1], top_y, plateaus[k, OUTER])
+    leave_out_uneven(plateaus)
+    return plateaus
+
+
+@compiled
+def leave_out_uneven(plateaus: Floats) -> None:
+    """Set the moments to 0 where mean or scatter stands out from those of most sectors on the same side."""
+    count = plateaus.shape[0]
+    means, scatters, numbers = np.empty((2, count)), np.empty((2, count)), np.zeros(2, dtype=np.int64)
+    for k in range(count):
+        for side in range(2):
+            number = plateaus[k, side, N]
+            if number < LEAST_NUMBER:
+                plateaus[k, side] = 0.0
+                continue
+            mean = plateaus[k, side, L] / number
+            means[side, numbers[side]] = mean
+            scatters[side, numbers[side]] = (plateaus[k, side, LL] - number * mean * mean) / (number - 1.0)
+            numbers[side] += 1
+    middles = np.array([median_of(means[0], numbers[0]), median_of(means[1], numbers[1])])
+    contrast = abs(middles[1] - middles[0]) if numbers.min() > 0 else abs(middles[numbers.argmax()])
+    for side in range(2):
+        if numbers[side] < FEWEST_SECTORS:
+            plateaus[:, side] = 0.0
+            continue
+        scatter = max(median_of(scatters[side], numbers[side]), (LEAST_SCATTER * contrast) ** 2)
+        for n in range(numbers[side]):
+            means[side, n] = abs(means[side, n] - middles[side])
+        usual = min(OFF_SIGMA * 1.4826 * median_of(means[side], numbers[side]), LEVEL_RANGE * contrast)
+        for k in range(count):
+            number = plateaus[k, side, N]
+            if number == 0.0:
+                continue
+            mean = plateaus[k, side, L] / number
+            own = (plateaus[k, side, LL] - number * mean * mean) / (number - 1.0)
+            off = abs(mean - middles[side]) > max(OFF_SIGMA * math.sqrt(scatter / number), usual)
+            if off or own > scatter * (1.0 + UNEVEN_SIGMA * math.sqrt(2.0 / (number - 1.0))):
+                plateaus[k, side] = 0.0
+
+
+@compiled
+def expected_level(part: Floats, side: int, noise: Floats) -> tuple[float, float]:
+    """Level and slope (per px) that a plateau beside a sector of the state ``part`` should show."""
+    if side == OUTER:
+        return part[OUTSIDE], part[GRADIENT]
+    level = part[INSIDE]
+    if level**2 < BLACK_VARIANCES * noise[0] < BLACK_VARIANCES:
+        sd = math.sqrt(noise[0])
+        step, line = look_up(level / sd)
+        return level * step + sd * line, 0.0
+    return level, 0.0
+
+
+@compiled
+def evenness(plateaus: Floats, state: Floats, side: int, noise: Floats) -> float:
+    """What the pixels of one side count, 0 to 1: less the more their level goes on to change towards the edge."""
+    total, weight, number = 0.0, 0.0, 0.0
+    for k in range(plateaus.shape[0]):
+        one = plateaus[k, side]
+        if one[N] == 0.0:
+            continue
+        level, slope = expected_level(state[k], side, noise)
+        away = one[D] / one[N]
+        spread = one[DSQUARE] - one[N] * away * away
+        total += one[LD] - away * one[L] - slope * spread
+        weight += spread
+        number += one[N]
+    if not weight > 0.0:
+        return 0.0
+    excess = max(0.0, (total / weight) ** 2 - SLOPE_SIGMA**2 * noise[side] / weight)
+    return 1.0 / (1.0 + TO_EDGE_PX**2 * excess * number / noise[side])
+
+
+@compiled
+def add_plateaus(plateaus: Floats, state: Floats, noise: Floats, sums: Floats) -> None:
+    """Add what the plateaus say of the levels to the ``sums`` of their sectors (see `likelihood`)."""
+    for side in range(2):
+        share = evenness(plateaus, state, side, noise)
+        if share == 0.0:
+            continue
+        weight = share / noise[side]
+        square, pull = (II, GI) if side == INNER else (OO, GO)
+        for k in range(plateaus.shape[0]):
+            one = plateaus[k, side]
+            if one[N] == 0.0 or sums[k, COUNT] < LEAST_PIXELS:
+                continue
+            level, slope = expected_level(state[k], side, noise)
+            rest = one[L] - one[N] * level - slope * one[D]
+            rests = one[LL] - level * (one[L] + rest) - slope * (2.0 * one[LD] - slope * one[DSQUARE] - level * one[D])
+            sums[k, square] += weight * one[N]
+            sums[k, pull] += weight * rest
+            sums[k, CHI2] += weight * rests
+            sums[k, COUNT] += share * one[N]
