@@ -15,13 +15,15 @@ from wentry_cli.contours.discrepancy import residual_statistics
 from wentry_cli.contours.ellipse import SilhouetteFit
 from wentry_cli.contours.likelihood import COUNT, first_levels
 from wentry_cli.contours.normal_equations import invert_block
+from wentry_cli.contours.nuisances import PRIOR_LN_S
+from wentry_cli.contours.plateau import PLATEAU_PX
 from wentry_cli.contours.refine import (
-    HALF_PX,
     SECTOR_ANGLE,
     SECTOR_PX,
     Band,
     first_belief,
     gather_band,
+    reach_of,
     solve_band,
 )
 from wentry_cli.contours.sectors import LEAST_PIXELS, WEIGHT
@@ -67,9 +69,10 @@ def fit_local_bottom(
     values = np.ascontiguousarray(patch.values, dtype=np.float32)
     shape = fit.shape.vector(patch.x0, patch.y0)
     settings = np.array([-math.inf, *motion_px, patch.ceiling, 0.0])
-    found = refine_bottom(values, shape, math.radians(half_angle_deg), settings, False)
+    reach = reach_of(PRIOR_LN_S if math.isnan(fit.blur_px) else math.log(fit.blur_px))
+    found = refine_bottom(values, shape, math.radians(half_angle_deg), settings, reach, False)
     if found[4] != FOUND and np.isnan(values).any():
-        again = refine_bottom(values, shape, math.radians(half_angle_deg), settings, True)
+        again = refine_bottom(values, shape, math.radians(half_angle_deg), settings, reach, True)
         found = again if again[4] == FOUND else found
     status = STATUS_WORDS[int(found[4])]
     if status != "ok":
@@ -163,15 +166,15 @@ def lowest_place(moved: Floats, depth: float, half_angle: float) -> float:
 
 @compiled
 def refine_bottom(
-    values: NDArray[np.float32], shape: Floats, half_angle: float, settings: Floats, masked: bool
+    values: NDArray[np.float32], shape: Floats, half_angle: float, settings: Floats, reach: float, masked: bool
 ) -> tuple[float, float, float, float, float]:
     """Column, row and its uncertainty (patch px), residual (px) and the index of the status word."""
     nan = math.nan
     a, b = semi_axes(shape)
     count, table = quadrant_table(a, b, SECTOR_PX, SECTOR_ANGLE)
     place, lowest, depth = cap_rows(shape, sector_angles(count, table), half_angle)
-    settings[0] = shape[1] + depth * math.cos(half_angle) - 2.0 * HALF_PX
-    cap, places = cap_band(gather_band(values, shape, settings, 1.0 if masked else math.nan), place)
+    settings[0] = shape[1] + depth * math.cos(half_angle) - 2.0 * (reach + PLATEAU_PX)
+    cap, places = cap_band(gather_band(values, shape, settings, reach, 1.0 if masked else math.nan), place)
     if share_seen(cap.starts, places) < LEAST_SEEN:
         return nan, nan, nan, nan, OUT_OF_FRAME
     low, high = first_levels(cap.pixels, cap.starts)

@@ -31,7 +31,8 @@ from wentry_cli.imaging.order_statistics import median_of
 
 Floats = NDArray[np.float64]
 
-FAR_PX = 10.0
+# How far the levels are looked at beyond the band of the edge.
+PLATEAU_PX = 5.5
 # Sums over the pixels of one sector and side: their number, levels l, distances d, and products of these.
 N, L, LL, D, LD, DSQUARE, MOMENTS = 0, 1, 2, 3, 4, 5, 6
 INNER, OUTER = 0, 1
@@ -47,9 +48,7 @@ SLOPE_SIGMA, TO_EDGE_PX = 2.0, 6.0
 
 
 @compiled
-def sum_sector(
-    values: NDArray[np.float32], row: Floats, near: float, far: float, top_y: float, found: Floats
-) -> None:
+def sum_sector(values: NDArray[np.float32], row: Floats, near: float, far: float, top_y: float, found: Floats) -> None:
     """Fill ``found`` with the moments of the pixels of one sector between two distances of one sign, near < far.
 
     Lines of pixels end at the neighbouring sectors, whose borders are normals of the ellipse.
@@ -134,16 +133,16 @@ def leave_out_uneven(plateaus: Floats) -> None:
 
 
 @compiled
-def expected_level(part: Floats, side: int, noise: Floats) -> tuple[float, float]:
-    """Level and slope (per px) that a plateau beside a sector of the state ``part`` should show."""
+def expected_level(part: Floats, side: int, noise: Floats) -> float:
+    """Level that a plateau beside a sector of the state ``part`` should show at the edge."""
     if side == OUTER:
-        return part[OUTSIDE], part[GRADIENT]
+        return float(part[OUTSIDE])
     level = part[INSIDE]
     if level**2 < BLACK_VARIANCES * noise[0] < BLACK_VARIANCES:
         sd = math.sqrt(noise[0])
         step, line = look_up(level / sd)
-        return level * step + sd * line, 0.0
-    return level, 0.0
+        return float(level * step + sd * line)
+    return float(level)
 
 
 @compiled
@@ -154,7 +153,7 @@ def evenness(plateaus: Floats, state: Floats, side: int, noise: Floats) -> float
         one = plateaus[k, side]
         if one[N] == 0.0:
             continue
-        level, slope = expected_level(state[k], side, noise)
+        slope = state[k, GRADIENT] if side == OUTER else 0.0
         away = one[D] / one[N]
         spread = one[DSQUARE] - one[N] * away * away
         total += one[LD] - away * one[L] - slope * spread
@@ -179,7 +178,7 @@ def add_plateaus(plateaus: Floats, state: Floats, noise: Floats, sums: Floats) -
             one = plateaus[k, side]
             if one[N] == 0.0 or sums[k, COUNT] < LEAST_PIXELS:
                 continue
-            level, slope = expected_level(state[k], side, noise)
+            level, slope = expected_level(state[k], side, noise), state[k, GRADIENT] if side == OUTER else 0.0
             rest = one[L] - one[N] * level - slope * one[D]
             rests = one[LL] - level * (one[L] + rest) - slope * (2.0 * one[LD] - slope * one[DSQUARE] - level * one[D])
             sums[k, square] += weight * one[N]

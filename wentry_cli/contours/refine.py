@@ -21,7 +21,7 @@ from wentry_cli.contours.likelihood import (
 )
 from wentry_cli.contours.normal_equations import factorise, invert_block, substitute
 from wentry_cli.contours.nuisances import PRIOR_LN_S, Belief, add_priors, noise_levels, priors, weigh_noise
-from wentry_cli.contours.plateau import FAR_PX, add_plateaus, sum_plateaus
+from wentry_cli.contours.plateau import PLATEAU_PX, add_plateaus, sum_plateaus
 from wentry_cli.contours.sectors import (
     LEAST_PIXELS,
     LEVEL_IN,
@@ -42,7 +42,8 @@ Ints = NDArray[np.int64]
 
 SECTOR_PX = 3.0
 SECTOR_ANGLE = math.radians(40.0)
-HALF_PX = 4.5
+# The band of the edge ends where its blur does, so many standard deviations away.
+REACH_SIGMA, LEAST_BLUR, WIDER = 4.2, 1.0, 1.25
 SETTLED_PX = 0.004
 RECOLLECT_PX = 0.25
 ROUNDS = 6
@@ -55,8 +56,8 @@ SINGULAR, LOST = 1.0, 2.0
 class Band(NamedTuple):
     """Pixels about the outline, sector by sector, where each sector starts, and what the scene is like.
 
-    ``plateaus`` are the moments of what lies beyond them (see `plateau`). ``scene`` holds centre (x, y), radius and motion (x, y); ``settings`` the top row, the motion (x, y), the ceiling
-    and 1 where outliers lie outside only.
+    ``plateaus`` are the moments of what lies beyond them (see `plateau`). ``scene`` holds centre (x, y), radius and
+    motion (x, y); ``settings`` the top row, the motion (x, y), the ceiling and 1 where outliers lie outside only.
     """
 
     pixels: Floats
@@ -104,8 +105,14 @@ def arc_shares(rows: Floats, sums: Floats, verdict: Floats) -> tuple[float, floa
 
 
 @compiled
-def gather_band(values: NDArray[np.float32], shape: Floats, settings: Floats, masked: float) -> Band:
-    """Cut the outline of ``shape`` into sectors and collect the pixels about it.
+def reach_of(ln_blur: float) -> float:
+    """Half-width of the band that an edge of this blur fills, px."""
+    return REACH_SIGMA * max(LEAST_BLUR, math.exp(ln_blur))
+
+
+@compiled
+def gather_band(values: NDArray[np.float32], shape: Floats, settings: Floats, reach: float, masked: float) -> Band:
+    """Cut the outline of ``shape`` into sectors and collect the pixels within ``reach`` (px) of it.
 
     ``masked`` is the level that masked pixels outside of the edge are taken to have; NaN leaves them out.
     """
@@ -113,11 +120,11 @@ def gather_band(values: NDArray[np.float32], shape: Floats, settings: Floats, ma
     count, table = quadrant_table(a, b, SECTOR_PX, SECTOR_ANGLE)
     rows = arc_geometry(shape, sector_angles(count, table))
     motion = 0.5 * math.hypot(settings[1], settings[2])
-    limits = np.array([min(HALF_PX + motion, 0.5 * min(a, b)), HALF_PX + motion, settings[0], masked])
+    limits = np.array([min(reach + motion, 0.5 * min(a, b)), reach + motion, settings[0], masked])
     pixels, starts, _ = collect_band(values, shape, count, table, limits)
     # outside of a sphere seen from above stands the splash ring, and a clipped ground is known to be clipped
-    far = 0.0 if settings[4] > 0.0 or settings[3] < math.inf else limits[1] + FAR_PX - HALF_PX
-    deep = min(limits[0] + FAR_PX - HALF_PX, 0.5 * min(a, b))
+    far = 0.0 if settings[4] > 0.0 or settings[3] < math.inf else limits[1] + PLATEAU_PX
+    deep = min(limits[0] + PLATEAU_PX, 0.5 * min(a, b))
     plateaus = sum_plateaus(values, rows, (limits[0], deep), (limits[1], far), settings[0])
     scene = np.array([shape[0], shape[1], shape[2], settings[1], settings[2]])
     return Band(pixels, starts, plateaus, rows, scene, settings)
@@ -182,13 +189,13 @@ def refine_shape(
     report = np.zeros(REPORT)
     report[STATUS] = LOST
     nothing = np.zeros((free.size, free.size))
-    masked = math.nan
-    band = gather_band(values, shape, settings, masked)
+    masked, reach = math.nan, reach_of(PRIOR_LN_S)
+    band = gather_band(values, shape, settings, reach, masked)
     low, high = first_levels(band.pixels, band.starts)
     if math.isnan(high):
         # no light was left outside of the edge: it was clipped and masked, so it is at least the ground's 1
         masked = 1.0
-        band = gather_band(values, shape, settings, masked)
+        band = gather_band(values, shape, settings, reach, masked)
         low, high = first_levels(band.pixels, band.starts)
     if math.isnan(low):
         return nothing, report, no_turn()
@@ -203,9 +210,11 @@ def refine_shape(
         shape[:5] += moved
         if far > 4.0 or not (0.3 < shape[3] < 4.0 and shape[2] > 2.0):
             return nothing, report, no_turn()
-        if far < RECOLLECT_PX:
+        wanted = reach_of(belief.nuisance[LN_S])
+        if far < RECOLLECT_PX and wanted < WIDER * reach:
             break
-        band = gather_band(values, shape, settings, masked)
+        reach = wanted
+        band = gather_band(values, shape, settings, reach, masked)
         moved, factor, sums, verdict = solve_band(band, belief, free, 0)
     report[RESIDUAL], chi2 = residual_statistics(verdict, free.size)
     if math.isnan(chi2):
