@@ -33,7 +33,7 @@ HALF_GATED = 0.5
 MOST_RESIDUAL_GATED_PX = 0.12
 # Less than a quarter of it is enough where that quarter agrees as only the sphere does.
 FEW_KEPT = 0.85
-MOST_RESIDUAL_FEW_PX = 0.05
+MOST_RESIDUAL_FEW_PX = 0.03
 
 
 @dataclass(frozen=True)

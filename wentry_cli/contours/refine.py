@@ -122,9 +122,10 @@ def gather_band(values: NDArray[np.float32], shape: Floats, settings: Floats, re
     motion = 0.5 * math.hypot(settings[1], settings[2])
     limits = np.array([min(reach + motion, 0.5 * min(a, b)), reach + motion, settings[0], masked])
     pixels, starts, _ = collect_band(values, shape, count, table, limits)
-    # outside of a sphere seen from above stands the splash ring, and a clipped ground is known to be clipped
-    far = 0.0 if settings[4] > 0.0 or settings[3] < math.inf else limits[1] + PLATEAU_PX
-    deep = min(limits[0] + PLATEAU_PX, 0.5 * min(a, b))
+    # outside of a sphere seen from above stands the splash ring; levels do not tell where the edge of clipped light is
+    clipped = settings[3] < math.inf
+    far = 0.0 if settings[4] > 0.0 or clipped else limits[1] + PLATEAU_PX
+    deep = 0.0 if clipped else min(limits[0] + PLATEAU_PX, 0.5 * min(a, b))
     plateaus = sum_plateaus(values, rows, (limits[0], deep), (limits[1], far), settings[0])
     scene = np.array([shape[0], shape[1], shape[2], settings[1], settings[2]])
     return Band(pixels, starts, plateaus, rows, scene, settings)
