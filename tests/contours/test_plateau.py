@@ -34,7 +34,8 @@ def plateaus_of(values: np.ndarray, top_y: float = -math.inf) -> np.ndarray:
     vector = SHAPE.vector()
     count, table = quadrant_table(*semi_axes(vector), SECTOR_PX, SECTOR_ANGLE)
     rows = arc_geometry(vector, sector_angles(count, table))
-    return sum_plateaus(values.astype(np.float32), rows, (NEAR, FAR), (NEAR, FAR), top_y)
+    starts = 100 * np.arange(len(rows) + 1)  # plenty of pixels on every edge
+    return sum_plateaus(values.astype(np.float32), rows, starts, (NEAR, FAR), (NEAR, FAR), top_y)
 
 
 def flat_scene(noise: float = 0.01) -> np.ndarray:

@@ -128,27 +128,24 @@ def ellipse_distances(a: float, b: float, across: Floats, along: Floats, distanc
     would smear the inner pixels of a sector otherwise than the outer ones. Without a branch in the loops the compiler
     turns them into vector instructions.
     """
-    c2 = a * a - b * b
+    c2, by_a, by_b = a * a - b * b, 1.0 / a, 1.0 / b
     cosine, sine = np.empty(across.size), np.empty(across.size)
     for n in range(across.size):
-        tx, ty = abs(across[n]) / a, abs(along[n]) / b
-        norm = math.sqrt(tx * tx + ty * ty) + 1e-300
-        cosine[n], sine[n] = tx / norm, ty / norm
-        distance[n] = 0.0
-    rounds = distance_rounds(a, b)
-    for _ in range(rounds):
+        cosine[n], sine[n], distance[n] = abs(across[n]) * by_a, abs(along[n]) * by_b, 0.0
+    for _ in range(distance_rounds(a, b)):
         for n in range(across.size):
             tx, ty = cosine[n], sine[n]
-            ex, ey = c2 * tx * tx * tx / a, -c2 * ty * ty * ty / b
+            norm = 1.0 / (math.sqrt(tx * tx + ty * ty) + 1e-300)
+            tx, ty = tx * norm, ty * norm
+            ex, ey = c2 * by_a * tx * tx * tx, -c2 * by_b * ty * ty * ty
             rx, ry = a * tx - ex, b * ty - ey
             qx, qy = abs(across[n]) - ex, abs(along[n]) - ey
             rho, away = math.sqrt(rx * rx + ry * ry), math.sqrt(qx * qx + qy * qy)
-            lost = qx * rx + qy * ry <= 0.0 or math.isnan(distance[n])
+            lost = (qx * rx + qy * ry <= 0.0) | math.isnan(distance[n])
             distance[n] = math.nan if lost else away - rho
-            tx = max(0.0, (qx * rho / away + ex) / a)
-            ty = max(0.0, (qy * rho / away + ey) / b)
-            norm = math.sqrt(tx * tx + ty * ty) + 1e-300
-            cosine[n], sine[n] = tx / norm, ty / norm
+            ratio = rho / away
+            tx, ty = (qx * ratio + ex) * by_a, (qy * ratio + ey) * by_b
+            cosine[n], sine[n] = tx if tx > 0.0 else 0.0, ty if ty > 0.0 else 0.0
     for n in range(across.size):
         share[n] = sine[n] / (cosine[n] + sine[n] + 1e-300)
 

@@ -36,7 +36,7 @@ PLATEAU_PX = 5.5
 # Sums over the pixels of one sector and side: their number, levels l, distances d, and products of these.
 N, L, LL, D, LD, DSQUARE, MOMENTS = 0, 1, 2, 3, 4, 5, 6
 INNER, OUTER = 0, 1
-FEWEST_SECTORS, LEAST_NUMBER, LEAST_PIXELS = 5, 4.0, 12.0
+FEWEST_SECTORS, LEAST_NUMBER, LEAST_PIXELS = 5, 4.0, 12
 # Pixels within of a sharp bend get narrow: the distance over the radius of curvature up to which they count.
 DEEPEST = 0.7
 # A plateau is left out where its mean or its scatter is so many standard deviations off those of the others.
@@ -53,40 +53,53 @@ def sum_sector(values: NDArray[np.float32], row: Floats, near: float, far: float
 
     Lines of pixels end at the neighbouring sectors, whose borders are normals of the ellipse.
     """
-    found[:] = 0.0
+    number = level_sum = square_sum = distance_sum = product_sum = distances = 0.0
     steep = abs(row[NY]) >= abs(row[NX])
     main, cross = (row[NY], row[NX]) if steep else (row[NX], row[NY])
     start, aside = (row[Y], row[X]) if steep else (row[X], row[Y])
     lines, places = (values.shape[0], values.shape[1]) if steep else (values.shape[1], values.shape[0])
+    by_line, by_place = (values.shape[1], 1) if steep else (1, values.shape[1])
+    flat, inverse = values.reshape(-1), 1.0 / main
+    width, bend, turn = 0.5 * row[LENGTH] * abs(inverse), row[KAPPA] * inverse, cross * inverse
     one, other = start + near * main, start + far * main
-    for line in range(max(0, math.ceil(min(one, other))), min(lines - 1, math.floor(max(one, other))) + 1):
-        away = (line - start) / main
-        half = 0.5 * row[LENGTH] * (1.0 + row[KAPPA] * away) / abs(main)
-        middle = aside + away * cross
-        for place in range(max(0, math.ceil(middle - half)), min(places, math.ceil(middle + half))):
-            i, j = (line, place) if steep else (place, line)
-            level = np.float64(values[i, j])
-            if i < top_y or math.isnan(level):
+    top = max(0, math.ceil(top_y)) if top_y > 0.0 else 0
+    first_line, first_place = (top, 0) if steep else (0, top)
+    for line in range(max(first_line, math.ceil(min(one, other))), min(lines - 1, math.floor(max(one, other))) + 1):
+        along = line - start
+        half, middle = width * (1.0 + bend * along), aside + along * turn
+        for place in range(max(first_place, math.ceil(middle - half)), min(places, math.ceil(middle + half))):
+            level = np.float64(flat[np.uint64(line * by_line + place * by_place)])
+            if math.isnan(level):
                 continue
-            distance = (line - start) * main + (place - aside) * cross
-            found[N] += 1.0
-            found[L] += level
-            found[LL] += level * level
-            found[D] += distance
-            found[LD] += level * distance
-            found[DSQUARE] += distance * distance
+            distance = along * main + (place - aside) * cross
+            number += 1.0
+            level_sum += level
+            square_sum += level * level
+            distance_sum += distance
+            product_sum += level * distance
+            distances += distance * distance
+    found[N], found[L], found[LL] = number, level_sum, square_sum
+    found[D], found[LD], found[DSQUARE] = distance_sum, product_sum, distances
 
 
 @compiled
 def sum_plateaus(
-    values: NDArray[np.float32], rows: Floats, inner: tuple[float, float], outer: tuple[float, float], top_y: float
+    values: NDArray[np.float32],
+    rows: Floats,
+    starts: NDArray[np.int64],
+    inner: tuple[float, float],
+    outer: tuple[float, float],
+    top_y: float,
 ) -> Floats:
     """Moments (sectors, 2 sides, MOMENTS) of the pixels inside and outside, from where to how far from the edge (px).
 
-    0 where there are too few, or where they do not look like those of the other sectors.
+    ``starts`` says where the pixels of the edge of each sector begin. 0 where these or those are too few, or do not
+    look like those of the other sectors.
     """
     plateaus = np.zeros((rows.shape[0], 2, MOMENTS))
     for k in range(rows.shape[0]):
+        if starts[k + 1] - starts[k] < LEAST_PIXELS:
+            continue
         deepest = min(inner[1], DEEPEST / max(rows[k, KAPPA], 1e-6))
         if deepest > inner[0]:
             sum_sector(values, rows[k], -deepest, -inner[0], top_y, plateaus[k, INNER])
@@ -176,7 +189,7 @@ def add_plateaus(plateaus: Floats, state: Floats, noise: Floats, sums: Floats) -
         square, pull = (II, GI) if side == INNER else (OO, GO)
         for k in range(plateaus.shape[0]):
             one = plateaus[k, side]
-            if one[N] == 0.0 or sums[k, COUNT] < LEAST_PIXELS:
+            if one[N] == 0.0:
                 continue
             level, slope = expected_level(state[k], side, noise), state[k, GRADIENT] if side == OUTER else 0.0
             rest = one[L] - one[N] * level - slope * one[D]

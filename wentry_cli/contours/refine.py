@@ -126,7 +126,7 @@ def gather_band(values: NDArray[np.float32], shape: Floats, settings: Floats, re
     clipped = settings[3] < math.inf
     far = 0.0 if settings[4] > 0.0 or clipped else limits[1] + PLATEAU_PX
     deep = 0.0 if clipped else min(limits[0] + PLATEAU_PX, 0.5 * min(a, b))
-    plateaus = sum_plateaus(values, rows, (limits[0], deep), (limits[1], far), settings[0])
+    plateaus = sum_plateaus(values, rows, starts, (limits[0], deep), (limits[1], far), settings[0])
     scene = np.array([shape[0], shape[1], shape[2], settings[1], settings[2]])
     return Band(pixels, starts, plateaus, rows, scene, settings)
 
