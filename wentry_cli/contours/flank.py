@@ -1,0 +1,110 @@
+"""The two flanks of a silhouette: rays along the normals of the ellipse from its lowest point up, equally spaced.
+
+A ray is looked along only where something asks for it: most of the outline lies on the sphere, and says so on few.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wentry_cli.compiled import compiled
+from wentry_cli.contours.arc import departure_at, semi_axes
+from wentry_cli.contours.band import ellipse_distance
+from wentry_cli.imaging.order_statistics import median_of
+from wentry_cli.imaging.outer_edge import AT, HEIGHT, UNSEEN, outer_edges
+
+Floats = NDArray[np.float64]
+
+SPACING_PX = 1.5
+# The edge is looked for from here along a ray, at so many places.
+SPAN = (-4.0, 16)
+# Every eighth ray of the lower half tells how high the edge of the sphere is; so much of it counts as an edge.
+SPARSE, STRONG = 8, 0.4
+
+
+class Flank(NamedTuple):
+    """One flank in a picture: rays (x, y, normal) along its ``path`` on the outline, and what was ``found`` on them.
+
+    That is how far (px) outside of the outline the outermost edge of at least the height ``least`` lies, as `AT` of
+    `outer_edges`: NaN where there is none, `UNSEEN` where nobody asked yet.
+    """
+
+    values: NDArray[np.float32]
+    shape: Floats
+    tilt: tuple[float, float]
+    path: Floats
+    found: Floats
+    least: float
+
+
+@compiled
+def off_outline(shape: Floats, tilt: tuple[float, float], x: float, y: float) -> tuple[float, float, float]:
+    """Signed distance of a point from the outline, px, and the direction in which it grows."""
+    a, b = semi_axes(shape)
+    c, s = tilt
+    dx, dy = x - shape[0], y - shape[1]
+    distance, cosine, sine = ellipse_distance(a, b, dx * c - dy * s, dx * s + dy * c)
+    speed = math.sqrt(a * a * sine * sine + b * b * cosine * cosine)
+    if shape.size > 5:
+        distance -= a * b / speed * departure_at(shape, cosine, sine)
+    nu, nv = b * cosine / speed, a * sine / speed
+    return distance, nu * c + nv * s, nv * c - nu * s
+
+
+@compiled
+def walk(shape: Floats, tilt: tuple[float, float], side: float) -> Floats:
+    """Rays from the lowest point to the highest, on the left (``side`` 1) or the right (-1); see `Flank`."""
+    a, b = semi_axes(shape)
+    c, s = tilt
+    half = 0.5 * math.pi * (3.0 * (a + b) - math.sqrt((3.0 * a + b) * (a + 3.0 * b)))
+    path = np.empty((max(2, int(half / SPACING_PX)), 4))
+    norm = math.hypot(a * s, b * c)
+    cosine, sine = -a * s / norm, b * c / norm
+    last = 1.0 / math.sqrt(a * a * sine * sine + b * b * cosine * cosine)
+    before = last
+    for n in range(path.shape[0]):
+        inverse = 1.0 / math.sqrt(a * a * sine * sine + b * b * cosine * cosine)
+        u, v, nu, nv = a * cosine, b * sine, b * cosine * inverse, a * sine * inverse
+        if shape.size > 5:
+            away = a * b * inverse * departure_at(shape, cosine, sine)
+            u, v = u + away * nu, v + away * nv
+        path[n, 0], path[n, 1] = shape[0] + u * c + v * s, shape[1] - u * s + v * c
+        path[n, 2], path[n, 3] = nu * c + nv * s, nv * c - nu * s
+        # told by the last two rays, so that no step waits for the root of this one
+        turn = side * SPACING_PX * (2.5 * last - 1.5 * before)
+        before, last = last, inverse
+        square = turn * turn
+        ahead, aside = 1.0 - square * (0.5 - square / 24.0), turn * (1.0 - square * (1.0 - square / 20.0) / 6.0)
+        cosine, sine = ahead * cosine - aside * sine, ahead * sine + aside * cosine
+    return path
+
+
+@compiled
+def both_flanks(values: NDArray[np.float32], shape: Floats) -> tuple[Flank, Flank]:
+    """The left and the right flank of an outline in a picture, of which only how high its edge is has been seen."""
+    tilt = (math.cos(shape[4]), math.sin(shape[4]))
+    left, right = walk(shape, tilt, 1.0), walk(shape, tilt, -1.0)
+    one, other = np.full((left.shape[0], 2), UNSEEN), np.full((right.shape[0], 2), UNSEEN)
+    lower = (0, min(left.shape[0], right.shape[0]) // 2, SPARSE)
+    outer_edges(values, left, lower, SPAN, math.inf, one)
+    outer_edges(values, right, lower, SPAN, math.inf, other)
+    heights = np.append(one[: lower[1] : SPARSE, HEIGHT], other[: lower[1] : SPARSE, HEIGHT])
+    one[: lower[1] : SPARSE, AT] = UNSEEN
+    other[: lower[1] : SPARSE, AT] = UNSEEN
+    least = STRONG * median_of(heights, heights.size)
+    return Flank(values, shape, tilt, left, one, least), Flank(values, shape, tilt, right, other, least)
+
+
+@compiled
+def see(flank: Flank, first: int, stop: int, step: int) -> None:
+    """Look along the rays from ``first`` to before ``stop``, as far as there are any and nobody has."""
+    found = flank.found
+    first, stop = max(0, first), min(stop, found.shape[0])
+    for n in range(first, stop, step):
+        if found[n, AT] == UNSEEN:
+            outer_edges(flank.values, flank.path, (n, stop, step), SPAN, flank.least, found)
+            return
