@@ -47,7 +47,7 @@ def slanted_rays(path: Floats, found: int) -> Floats:
     number = 0
     for k in range(rays.shape[0]):
         at = found + (k * SLANTED_PX - BELOW_PX) / SPACING_PX
-        n = int(math.floor(at))
+        n = math.floor(at)
         if n < 0 or n + 1 >= path.shape[0]:
             continue
         share = at - n

@@ -84,18 +84,29 @@ def walk(shape: Floats, tilt: tuple[float, float], side: float) -> Floats:
 
 
 @compiled
+def usual_height(values: NDArray[np.float32], left: Floats, right: Floats) -> float:
+    """Median height of the edge on the lower half of the sphere, as far as it is in the picture, by a few rays."""
+    number = (left.shape[0] // 2 + SPARSE - 1) // SPARSE
+    rays, found = np.empty((2 * number, 4)), np.full((2 * number, 2), UNSEEN)
+    for k in range(number):
+        for column in range(4):
+            rays[2 * k, column], rays[2 * k + 1, column] = left[SPARSE * k, column], right[SPARSE * k, column]
+    outer_edges(values, rays, (0, 2 * number, 1), SPAN, math.inf, found)
+    heights, seen = np.empty(2 * number), 0
+    for k in range(2 * number):
+        if found[k, HEIGHT] > 0.0:
+            heights[seen] = found[k, HEIGHT]
+            seen += 1
+    return median_of(heights, seen)
+
+
+@compiled
 def both_flanks(values: NDArray[np.float32], shape: Floats) -> tuple[Flank, Flank]:
-    """The left and the right flank of an outline in a picture, of which only how high its edge is has been seen."""
+    """The left and the right flank of an outline (a parameter vector) in a picture; nobody has looked at them yet."""
     tilt = (math.cos(shape[4]), math.sin(shape[4]))
     left, right = walk(shape, tilt, 1.0), walk(shape, tilt, -1.0)
+    least = STRONG * usual_height(values, left, right)
     one, other = np.full((left.shape[0], 2), UNSEEN), np.full((right.shape[0], 2), UNSEEN)
-    lower = (0, min(left.shape[0], right.shape[0]) // 2, SPARSE)
-    outer_edges(values, left, lower, SPAN, math.inf, one)
-    outer_edges(values, right, lower, SPAN, math.inf, other)
-    heights = np.append(one[: lower[1] : SPARSE, HEIGHT], other[: lower[1] : SPARSE, HEIGHT])
-    one[: lower[1] : SPARSE, AT] = UNSEEN
-    other[: lower[1] : SPARSE, AT] = UNSEEN
-    least = STRONG * median_of(heights, heights.size)
     return Flank(values, shape, tilt, left, one, least), Flank(values, shape, tilt, right, other, least)
 
 

@@ -81,7 +81,7 @@ def stays_off(flank: Flank, n: int, bound: float) -> bool:
     gone = 0
     for m in range(n, stop):
         gone += 1 if found[m, AT] > bound or math.isnan(found[m, AT]) else 0
-    return gone >= SUSTAINED_SHARE * (stop - n)
+    return bool(gone >= SUSTAINED_SHARE * (stop - n))
 
 
 @compiled

@@ -49,8 +49,7 @@ def wedge_step(values: NDArray[np.float32], rays: Floats, inner: float, outer: F
     """
     widest = 0.0
     for n in range(outer.size):
-        if outer[n] - inner > widest:
-            widest = outer[n] - inner
+        widest = max(widest, outer[n] - inner)
     sphere, number = 0.0, 0
     for n in range(outer.size):
         if outer[n] - inner > 0.5 * widest:

@@ -16,6 +16,7 @@ from wentry_cli.imaging.edges import KERNEL_REACH_PX, KERNEL_SIGMA_PX, sample_ra
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
+Ints = NDArray[np.int32]
 
 # Columns of what is found on a ray; `UNSEEN` where it has not been looked along.
 AT, HEIGHT = 0, 1
@@ -38,13 +39,51 @@ def lies_inside(shape: tuple[int, int], ray: tuple[float, float, float, float], 
 
 
 @compiled
+def read_line(
+    flat: Singles, width: int, line: tuple[float, float, float, float], pixel: Ints, parts: Singles, profile: Singles
+) -> bool:
+    """Fill in the profile along a line (x, y, direction) within a picture; False where a sample is masked.
+
+    ``pixel`` and the rows of ``parts`` are for what is looked up and how it is shared out, place by place.
+    """
+    column, row, right, below = np.float32(line[0]), np.float32(line[1]), np.float32(line[2]), np.float32(line[3])
+    across, down = parts[0], parts[1]
+    for n in range(profile.size):
+        x, y = column + np.float32(n) * right, row + np.float32(n) * below
+        j, i = np.int32(x), np.int32(y)
+        across[n], down[n] = x - np.float32(j), y - np.float32(i)
+        pixel[n] = i * width + j
+    for n in range(profile.size):
+        k, m = np.uint64(pixel[n]), np.uint64(pixel[n]) + np.uint64(width)
+        upper = flat[k] + across[n] * (flat[k + np.uint64(1)] - flat[k])
+        lower = flat[m] + across[n] * (flat[m + np.uint64(1)] - flat[m])
+        profile[n] = upper + down[n] * (lower - upper)
+    masked = 0
+    for n in range(profile.size):
+        masked += 1 if profile[n] != profile[n] else 0
+    return masked == 0
+
+
+@compiled
+def respond(profile: Singles, response: Singles) -> None:
+    """Fill in what the matched filter says of a profile that goes on by its margin on both sides."""
+    for n in range(response.size):
+        response[n] = (
+            ONE * (profile[n + 5] - profile[n + 3])
+            + TWO * (profile[n + 6] - profile[n + 2])
+            + THREE * (profile[n + 7] - profile[n + 1])
+            + FOUR * (profile[n + 8] - profile[n])
+        )
+
+
+@compiled
 def outermost(response: Singles, first: int, last: int, least: float) -> float:
     """Where the response has its last peak of at least the height ``least``; NaN where it has none."""
     for n in range(last, first - 1, -1):
         here = response[n]
         if here >= least and here >= response[n - 1] and here > response[n + 1]:
             before, after = float(response[n - 1]), float(response[n + 1])
-            return n + 0.5 * (before - after) / (before - 2.0 * here + after)
+            return n + 0.5 * (before - after) / (before - 2.0 * float(here) + after)
     return math.nan
 
 
@@ -60,44 +99,21 @@ def outer_edges(
     """
     inner, places = span
     near, size = inner - MARGIN, places + 2 * MARGIN
-    width = values.shape[1]
-    flat, next_row = values.reshape(-1), np.uint64(width)
-    pixel, work = np.empty(size, np.int32), np.empty((4, size), np.float32)
-    across, down, profile, response = work[0], work[1], work[2], work[3]
+    flat, pixel, parts = values.reshape(-1), np.empty(size, np.int32), np.empty((2, size), np.float32)
+    profile, response = np.empty(size, np.float32), np.empty(places, np.float32)
     for ray in range(which[0], which[1], which[2]):
         if found[ray, AT] != UNSEEN:
             continue
-        x, y, dx, dy = rays[ray, 0], rays[ray, 1], rays[ray, 2], rays[ray, 3]
-        first, last, masked = 0, size - 1, 1
-        if lies_inside(values.shape, (x, y, dx, dy), near, near + last):
-            column, row = np.float32(x + near * dx), np.float32(y + near * dy)
-            right, below = np.float32(dx), np.float32(dy)
-            for n in range(size):
-                here, there = column + np.float32(n) * right, row + np.float32(n) * below
-                j, i = np.int32(here), np.int32(there)
-                across[n], down[n] = here - np.float32(j), there - np.float32(i)
-                pixel[n] = i * width + j
-            masked = 0
-            for n in range(size):
-                k = np.uint64(pixel[n])
-                m = k + next_row
-                upper = flat[k] + across[n] * (flat[k + np.uint64(1)] - flat[k])
-                lower = flat[m] + across[n] * (flat[m + np.uint64(1)] - flat[m])
-                profile[n] = upper + down[n] * (lower - upper)
-            for n in range(size):
-                masked += 1 if profile[n] != profile[n] else 0
-        if masked > 0:
-            first, last = sample_ray(values, rays[ray], -near, 1.0, 1, profile)
         found[ray, AT], found[ray, HEIGHT] = math.nan, 0.0
-        if last - first < MARGIN:
-            continue
-        for n in range(places):
-            response[n] = (
-                ONE * (profile[n + 5] - profile[n + 3])
-                + TWO * (profile[n + 6] - profile[n + 2])
-                + THREE * (profile[n + 7] - profile[n + 1])
-                + FOUR * (profile[n + 8] - profile[n])
-            )
+        x, y, dx, dy = rays[ray, 0], rays[ray, 1], rays[ray, 2], rays[ray, 3]
+        first, last = 0, size - 1
+        inside = lies_inside(values.shape, (x, y, dx, dy), near, near + last)
+        line = (x + near * dx, y + near * dy, dx, dy)
+        if not (inside and read_line(flat, values.shape[1], line, pixel, parts, profile)):
+            first, last = sample_ray(values, rays[ray], -near, 1.0, 1, profile)
+            if last - first < MARGIN:
+                continue
+        respond(profile, response)
         first, last = max(1, first - MARGIN), min(places - 2, last + 1 - MARGIN)
         highest = np.float32(0.0)
         for n in range(first, last + 1):
