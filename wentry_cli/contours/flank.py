@@ -56,31 +56,51 @@ def off_outline(shape: Floats, tilt: tuple[float, float], x: float, y: float) ->
 
 
 @compiled
-def walk(shape: Floats, tilt: tuple[float, float], side: float) -> Floats:
-    """Rays from the lowest point to the highest, on the left (``side`` 1) or the right (-1); see `Flank`."""
+def lay_ray(path: Floats, n: int, shape: Floats, tilt: tuple[float, float], place: tuple[float, float]) -> None:
+    """Fill in the ray on the outline at an eccentric angle, of which ``place`` is the cosine and the sine."""
     a, b = semi_axes(shape)
     c, s = tilt
+    cosine, sine = place
+    slowness = 1.0 / math.sqrt(a * a * sine * sine + b * b * cosine * cosine)
+    u, v, nu, nv = a * cosine, b * sine, b * cosine * slowness, a * sine * slowness
+    if shape.size > 5:
+        away = a * b * slowness * departure_at(shape, cosine, sine)
+        u, v = u + away * nu, v + away * nv
+    path[n, 0], path[n, 1] = shape[0] + u * c + v * s, shape[1] - u * s + v * c
+    path[n, 2], path[n, 3] = nu * c + nv * s, nv * c - nu * s
+
+
+@compiled
+def step_on(a: float, b: float, place: tuple[float, float], step: float) -> tuple[float, float]:
+    """Cosine and sine of the eccentric angle ``step`` px further along an ellipse."""
+    cosine, sine = place
+    slowness = 1.0 / math.sqrt(a * a * sine * sine + b * b * cosine * cosine)
+    turn = step * slowness
+    # by the speed half a step ahead
+    turn *= 1.0 - 0.5 * turn * (a * a - b * b) * sine * cosine * slowness * slowness
+    square = turn * turn
+    ahead, aside = 1.0 - square * (0.5 - square / 24.0), turn * (1.0 - square * (1.0 - square / 20.0) / 6.0)
+    return ahead * cosine - aside * sine, ahead * sine + aside * cosine
+
+
+@compiled
+def walk(shape: Floats, tilt: tuple[float, float]) -> tuple[Floats, Floats]:
+    """Rays from the lowest point to the highest on the left and on the right, see `Flank`.
+
+    On both at once: the steps of one side wait for each other, those of the two sides do not.
+    """
+    a, b = semi_axes(shape)
     half = 0.5 * math.pi * (3.0 * (a + b) - math.sqrt((3.0 * a + b) * (a + 3.0 * b)))
-    path = np.empty((max(2, int(half / SPACING_PX)), 4))
-    norm = math.hypot(a * s, b * c)
-    cosine, sine = -a * s / norm, b * c / norm
-    last = 1.0 / math.sqrt(a * a * sine * sine + b * b * cosine * cosine)
-    before = last
-    for n in range(path.shape[0]):
-        inverse = 1.0 / math.sqrt(a * a * sine * sine + b * b * cosine * cosine)
-        u, v, nu, nv = a * cosine, b * sine, b * cosine * inverse, a * sine * inverse
-        if shape.size > 5:
-            away = a * b * inverse * departure_at(shape, cosine, sine)
-            u, v = u + away * nu, v + away * nv
-        path[n, 0], path[n, 1] = shape[0] + u * c + v * s, shape[1] - u * s + v * c
-        path[n, 2], path[n, 3] = nu * c + nv * s, nv * c - nu * s
-        # told by the last two rays, so that no step waits for the root of this one
-        turn = side * SPACING_PX * (2.5 * last - 1.5 * before)
-        before, last = last, inverse
-        square = turn * turn
-        ahead, aside = 1.0 - square * (0.5 - square / 24.0), turn * (1.0 - square * (1.0 - square / 20.0) / 6.0)
-        cosine, sine = ahead * cosine - aside * sine, ahead * sine + aside * cosine
-    return path
+    number = max(2, int(half / SPACING_PX))
+    left, right = np.empty((number, 4)), np.empty((number, 4))
+    norm = math.hypot(a * tilt[1], b * tilt[0])
+    one = (-a * tilt[1] / norm, b * tilt[0] / norm)
+    other = one
+    for n in range(number):
+        lay_ray(left, n, shape, tilt, one)
+        lay_ray(right, n, shape, tilt, other)
+        one, other = step_on(a, b, one, SPACING_PX), step_on(a, b, other, -SPACING_PX)
+    return left, right
 
 
 @compiled
@@ -104,7 +124,7 @@ def usual_height(values: NDArray[np.float32], left: Floats, right: Floats) -> fl
 def both_flanks(values: NDArray[np.float32], shape: Floats) -> tuple[Flank, Flank]:
     """The left and the right flank of an outline (a parameter vector) in a picture; nobody has looked at them yet."""
     tilt = (math.cos(shape[4]), math.sin(shape[4]))
-    left, right = walk(shape, tilt, 1.0), walk(shape, tilt, -1.0)
+    left, right = walk(shape, tilt)
     least = STRONG * usual_height(values, left, right)
     one, other = np.full((left.shape[0], 2), UNSEEN), np.full((right.shape[0], 2), UNSEEN)
     return Flank(values, shape, tilt, left, one, least), Flank(values, shape, tilt, right, other, least)
