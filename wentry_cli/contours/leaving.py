@@ -12,7 +12,7 @@ from wentry_cli.imaging.order_statistics import median_of
 from wentry_cli.imaging.outer_edge import AT, UNSEEN
 
 # Every fourth ray is looked at until one is off by this; then all, from so many below it on.
-COARSE, COARSE_PX, BACK, CHUNK = 4, 0.25, 8, 16
+COARSE, COARSE_PX, BACK, CHUNK = 4, 0.25, 8, 6
 # A departure: beyond this and beyond four times the scatter on the sphere, for nearly all of the next rays.
 LEAST_DEPARTURE_PX, SUSPICIOUS_PX = 0.35, 0.2
 SUSTAINED_RAYS, SUSTAINED_SHARE = int(10.0 / SPACING_PX), 0.8
