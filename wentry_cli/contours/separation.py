@@ -66,13 +66,16 @@ def unseen(status: str) -> SeparationFit:
 @compiled
 def goes_on(flank: Flank, row: float) -> bool:
     """Whether this side is still the sphere above ``row``: then a corner there on the other side is that of a drop."""
-    seen, on = 0, 0
-    for n in range(flank.found.shape[0]):
-        if JUST_ABOVE_PX < row - flank.path[n, 1] < FAR_ABOVE_PX:
-            see(flank, n, n + 1, 1)
-            seen += 1
-            on += 1 if abs(flank.found[n, AT]) < ON_SPHERE_PX else 0
-    return seen >= 3 and on > 0.6 * seen
+    path, found = flank.path, flank.found
+    first, stop = 0, 0
+    for n in range(path.shape[0]):
+        first = n + 1 if row - path[n, 1] <= JUST_ABOVE_PX else first
+        stop = n + 1 if row - path[n, 1] < FAR_ABOVE_PX else stop
+    see(flank, first, stop, 1)
+    on = 0
+    for n in range(first, stop):
+        on += 1 if abs(found[n, AT]) < ON_SPHERE_PX else 0
+    return stop - first >= 3 and on > 0.6 * (stop - first)
 
 
 @compiled
