@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wentry_cli.imaging.order_statistics import linear_quantile
+from wentry_cli.imaging.order_statistics import linear_quantile, median_of
 
 VALUES = st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=40)
 
@@ -17,6 +17,14 @@ VALUES = st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=40)
 def test_quantile_of_few_values(values: list[float], share: float) -> None:
     expected = np.quantile(values, share)
     assert linear_quantile(np.array(values), len(values), share) == pytest.approx(expected, rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 24, 25, 40])
+def test_the_median_of_few_and_of_more_values_leaves_them_as_they_are(count: int) -> None:
+    values = np.random.default_rng(count).normal(size=50)
+    before = values.copy()
+    assert median_of(values, count) == np.median(values[:count])
+    assert values.tolist() == before.tolist()
 
 
 def test_quantile_of_many_values_with_an_outlier() -> None:

@@ -74,12 +74,16 @@ def sector_angles(count: int, table: Floats) -> Floats:
 
 
 @compiled
-def departure_at(shape: Floats, phi: float) -> float:
+def departure_at(shape: Floats, cosine: float, sine: float) -> float:
     """Relative departure of the outline from the ellipse at an eccentric angle; its phase is 0 at the lower pole."""
+    # powers of the unit number that turns with the angle from the pole, whose cosine is the sine of the eccentric one
+    real, imaginary = sine, cosine
+    for _ in range(FIRST_WAVE - 1):
+        real, imaginary = real * sine - imaginary * cosine, real * cosine + imaginary * sine
     total = 0.0
     for index in range(5, shape.size, 2):
-        angle = (FIRST_WAVE + (index - 5) // 2) * (0.5 * math.pi - phi)
-        total += shape[index] * math.cos(angle) + shape[index + 1] * math.sin(angle)
+        total += shape[index] * real + shape[index + 1] * imaginary
+        real, imaginary = real * sine - imaginary * cosine, real * cosine + imaginary * sine
     return total
 
 
@@ -106,7 +110,7 @@ def arc_geometry(shape: Floats, phi: Floats) -> Floats:
         rows[k, J + 2] = (u * nu + v * nv) / radius
         rows[k, J + 3] = (u * nu - 2.0 * v * nv) / stretch
         rows[k, J + 4] = v * nu - u * nv
-        rows[k, DEPARTURE] = (u * nu + v * nv) * departure_at(shape, phi[k])
+        rows[k, DEPARTURE] = (u * nu + v * nv) * departure_at(shape, cosine, sine)
         before = phi[k - 1] - (2.0 * math.pi if k == 0 else 0.0)
         after = phi[k + 1] if k + 1 < count else phi[0] + 2.0 * math.pi
         rows[k, LENGTH] = speed * 0.5 * (after - before)

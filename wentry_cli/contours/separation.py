@@ -9,18 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.contours.arc import DEPARTURE, LENGTH, Y, arc_geometry, quadrant_table, sector_angles, semi_axes
-from wentry_cli.contours.corner import NO_CORNER, TOO_SHORT, find_corner
+from wentry_cli.contours.corner import NO_CORNER, SEEN, TOO_SHORT, Corner, find_corner
 from wentry_cli.contours.ellipse import SilhouetteFit
-from wentry_cli.imaging.edges import CANDIDATES, edge_candidates
-from wentry_cli.imaging.order_statistics import median_of
+from wentry_cli.contours.flank import Flank, both_flanks, see
+from wentry_cli.imaging.outer_edge import AT
 from wentry_cli.imaging.patch import Patch
 
 Floats = NDArray[np.float64]
 
-RAY_SPACING_PX = 1.5
-SEARCH_PX = 9.0
-STEP_PX = 1.0
 USUAL_BLUR_PX = 1.2
 LEAST_UNC_PX, MOST_UNC_PX, MOST_DISAGREEMENT_PX = 0.1, 1.3, 5.0
 # The sharp end of a sphere flatter than this hides the corner.
@@ -56,25 +52,10 @@ def find_separation(patch: Patch, fit: SilhouetteFit, *, departure: tuple[float,
         return unseen("no_edge")
     values = np.ascontiguousarray(patch.values, dtype=np.float32)
     blur = fit.blur_px if math.isfinite(fit.blur_px) else USUAL_BLUR_PX
-    left, right = both_sides(values, fit.shape.vector(patch.x0, patch.y0, departure), blur)
-    rows = (left[0] + patch.y0, right[0] + patch.y0)
-    unc = (math.hypot(left[1], LEAST_UNC_PX), math.hypot(right[1], LEAST_UNC_PX))
-    seen = [side for side in range(2) if unc[side] < MOST_UNC_PX]
-    if not seen:
-        return unseen("short_arc" if max(left[2], right[2]) == TOO_SHORT else "no_edge")
-    weight = sum(1.0 / unc[side] ** 2 for side in seen)
-    mean = sum(rows[side] / unc[side] ** 2 for side in seen) / weight
-    spread = math.sqrt(1.0 / weight)
-    if len(seen) == 2:
-        if abs(rows[0] - rows[1]) > MOST_DISAGREEMENT_PX:
-            return unseen("no_edge")
-        spread = max(spread, 0.5 * abs(rows[0] - rows[1]))
-    else:
-        leans = fit.shape.semi_across * math.sin(math.radians(fit.tilt_deg))
-        spread = math.hypot(TRUST_SIDES * spread, leans)
-        if spread > MOST_UNC_PX:
-            return unseen("no_edge")
-    return SeparationFit(mean, spread, rows[0], rows[1], "ok")
+    line, unc, left, right, how = separation_line(values, fit.shape.vector(patch.x0, patch.y0, departure), blur)
+    if how != SEEN:
+        return unseen("short_arc" if how == TOO_SHORT else "no_edge")
+    return SeparationFit(line + patch.y0, unc, left + patch.y0, right + patch.y0, "ok")
 
 
 def unseen(status: str) -> SeparationFit:
@@ -83,64 +64,46 @@ def unseen(status: str) -> SeparationFit:
 
 
 @compiled
-def departures(values: NDArray[np.float32], shape: Floats) -> tuple[Floats, Floats, float]:
-    """Rows of the rays from the right end over the bottom, left, top; and the outermost edge on each (px, NaN)."""
-    a, b = semi_axes(shape)
-    count, table = quadrant_table(a, b, RAY_SPACING_PX, 0.2)
-    rays = arc_geometry(shape, sector_angles(count, table))
-    at, height, _ = edge_candidates(values, rays, SEARCH_PX, STEP_PX, 1)
-    strongest = height[:, 0].copy()
-    strong = 0.4 * median_of(strongest, strongest.size)
-    outer = np.full(rays.shape[0], math.nan)
-    for k in range(rays.shape[0]):
-        for slot in range(CANDIDATES):
-            if height[k, slot] >= strong and not outer[k] >= at[k, slot] - rays[k, DEPARTURE]:
-                outer[k] = at[k, slot] - rays[k, DEPARTURE]
-    return rays, outer, strong
-
-
-@compiled
-def one_side(rays: Floats, outer: Floats, first: int, step: int) -> tuple[Floats, Floats, Floats]:
-    """Arc length, ray and departure from the bottom (index ``first``) up one side to the top."""
-    count = rays.shape[0] // 2
-    length, path, off = np.empty(count), np.empty((count, 4)), np.empty(count)
-    travelled = 0.0
-    for n in range(count):
-        k = (first + step * n) % rays.shape[0]
-        length[n] = travelled
-        for column in range(4):
-            path[n, column] = rays[k, column]
-        off[n] = outer[k]
-        travelled += rays[k, LENGTH]
-    return length, path, off
-
-
-@compiled
-def goes_on(path: Floats, off: Floats, row: float) -> bool:
+def goes_on(flank: Flank, row: float) -> bool:
     """Whether this side is still the sphere above ``row``: then a corner there on the other side is that of a drop."""
-    seen, on = 0, 0
-    for n in range(off.size):
-        if JUST_ABOVE_PX < row - path[n, 1] < FAR_ABOVE_PX:
-            seen += 1
-            on += 1 if abs(off[n]) < ON_SPHERE_PX else 0
-    return seen >= 3 and on > 0.6 * seen
+    path, found = flank.path, flank.found
+    first, stop = 0, 0
+    for n in range(path.shape[0]):
+        first = n + 1 if row - path[n, 1] <= JUST_ABOVE_PX else first
+        stop = n + 1 if row - path[n, 1] < FAR_ABOVE_PX else stop
+    see(flank, first, stop, 1)
+    on = 0
+    for n in range(first, stop):
+        on += 1 if abs(found[n, AT]) < ON_SPHERE_PX else 0
+    return stop - first >= 3 and on > 0.6 * (stop - first)
 
 
 @compiled
-def both_sides(
-    values: NDArray[np.float32], shape: Floats, blur: float
-) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """The corners on the left and on the right, each as (row, uncertainty, how it was seen)."""
-    rays, outer, strong = departures(values, shape)
-    bottom = 0
-    for k in range(rays.shape[0]):
-        if rays[k, Y] > rays[bottom, Y]:
-            bottom = k
-    one, other = one_side(rays, outer, bottom, 1), one_side(rays, outer, bottom, -1)
-    left = find_corner(values, shape, one, (strong, blur))
-    right = find_corner(values, shape, other, (strong, blur))
+def both_sides(values: NDArray[np.float32], shape: Floats, blur: float) -> tuple[Corner, Corner]:
+    """The corners on the left and on the right."""
+    one, other = both_flanks(values, shape)
+    left, right = find_corner(one, blur), find_corner(other, blur)
     nothing = (math.nan, math.nan, NO_CORNER)
-    return (
-        nothing if goes_on(other[1], other[2], left[0]) else left,
-        nothing if goes_on(one[1], one[2], right[0]) else right,
-    )
+    return nothing if goes_on(other, left[0]) else left, nothing if goes_on(one, right[0]) else right
+
+
+@compiled
+def separation_line(values: NDArray[np.float32], shape: Floats, blur: float) -> tuple[float, float, float, float, int]:
+    """Row of the line, its uncertainty, the rows of both sides (px in ``values``), and how it was seen."""
+    nan = math.nan
+    left, right = both_sides(values, shape, blur)
+    one, other = math.hypot(left[1], LEAST_UNC_PX), math.hypot(right[1], LEAST_UNC_PX)
+    if not (one < MOST_UNC_PX or other < MOST_UNC_PX):
+        return nan, nan, nan, nan, max(NO_CORNER, left[2], right[2])
+    if one < MOST_UNC_PX and other < MOST_UNC_PX:
+        apart = abs(left[0] - right[0])
+        if apart > MOST_DISAGREEMENT_PX:
+            return nan, nan, nan, nan, NO_CORNER
+        weight, share = 1.0 / one**2 + 1.0 / other**2, 1.0 / (1.0 + (one / other) ** 2)
+        unc = max(math.sqrt(1.0 / weight), 0.5 * apart)
+        return share * left[0] + (1.0 - share) * right[0], unc, left[0], right[0], SEEN
+    alone, unc = (left[0], one) if one < MOST_UNC_PX else (right[0], other)
+    unc = math.hypot(TRUST_SIDES * unc, shape[2] * shape[3] * math.sin(shape[4]))
+    if unc > MOST_UNC_PX:
+        return nan, nan, nan, nan, NO_CORNER
+    return alone, unc, left[0], right[0], SEEN

@@ -23,7 +23,7 @@ INSIDE_PX = 6.0
 SLANTED = math.sqrt(2.0)
 # Nobody knows exactly how light falls off in a wedge: of what is taken away so much may be wrong.
 DOUBT = 0.25
-ROUNDS = 12
+ROUNDS, SETTLED_PX = 12, 0.001
 
 
 @compiled
@@ -47,25 +47,27 @@ def wedge_step(values: NDArray[np.float32], rays: Floats, inner: float, outer: F
     The wall's level is that in the middle of the widest wedges, freed from what ``blur`` lets in from both sides.
     0 where neither level is seen.
     """
-    wide = np.where(np.isnan(outer), 0.0, outer - inner)
     widest = 0.0
-    for n in range(wide.size):
-        widest = max(widest, wide[n])
-    used = np.flatnonzero(wide > 0.5 * widest)
+    for n in range(outer.size):
+        widest = max(widest, outer[n] - inner)
     sphere, number = 0.0, 0
-    for k in used:
-        level = level_on(values, rays[k], inner - INSIDE_PX)
-        if not math.isnan(level):
-            sphere, number = sphere + level, number + 1
+    for n in range(outer.size):
+        if outer[n] - inner > 0.5 * widest:
+            level = level_on(values, rays[n], inner - INSIDE_PX)
+            if not math.isnan(level):
+                sphere, number = sphere + level, number + 1
     if number == 0:
         return 0.0
     sphere /= number
     wall, weight = 0.0, 0.0
-    for k in used:
-        level = level_on(values, rays[k], inner + 0.5 * wide[k])
+    for n in range(outer.size):
+        wide = outer[n] - inner
+        if not wide > 0.5 * widest:
+            continue
+        level = level_on(values, rays[n], inner + 0.5 * wide)
         if not math.isnan(level):
-            by_ground = 0.5 * math.erfc(0.5 * wide[k] / (blur * math.sqrt(2.0)))
-            by_sphere = 0.5 * math.erfc(0.5 * wide[k] / (SLANTED * blur * math.sqrt(2.0)))
+            by_ground = 0.5 * math.erfc(0.5 * wide / (blur * math.sqrt(2.0)))
+            by_sphere = 0.5 * math.erfc(0.5 * wide / (SLANTED * blur * math.sqrt(2.0)))
             clear = 1.0 - by_ground - by_sphere
             wall += clear * (level - by_ground - by_sphere * sphere)
             weight += clear * clear
@@ -92,7 +94,9 @@ def wedge_shift(step: float, away: float, blur: float) -> float:
     lower = step * away * (one / other) ** 3 * math.exp(-0.5 * (away / other) ** 2)
     shift = 0.0
     for _ in range(ROUNDS):
-        shift = lower * math.exp(0.5 * (shift / one) ** 2)
+        before, shift = shift, lower * math.exp(0.5 * (shift / one) ** 2)
         if not shift < away:
             return max(0.0, away)
+        if abs(shift - before) < SETTLED_PX:
+            break
     return max(0.0, shift)

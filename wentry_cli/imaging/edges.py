@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from wentry_cli.compiled import compiled
 from wentry_cli.imaging.order_statistics import median_of
 
 Floats = NDArray[np.float64]
+Profile = NDArray[np.floating[Any]]
 
 CANDIDATES = 3
 KERNEL_SIGMA_PX = 1.6
@@ -31,7 +33,7 @@ def ray_is_inside(shape: tuple[int, int], ray: Floats, reach: float, aside: floa
 
 @compiled
 def sum_lines(
-    values: NDArray[np.float32], ray: Floats, reach: float, step: float, lines: int, profile: Floats
+    values: NDArray[np.float32], ray: Floats, reach: float, step: float, lines: int, profile: Profile
 ) -> float:
     """Fill ``profile`` with sums over parallel lines that lie inside the image; the total is NaN if any is."""
     overall = 0.0
@@ -57,7 +59,7 @@ def sum_lines(
 
 @compiled
 def sample_ray(
-    values: NDArray[np.float32], ray: Floats, reach: float, step: float, lines: int, profile: Floats
+    values: NDArray[np.float32], ray: Floats, reach: float, step: float, lines: int, profile: Profile
 ) -> tuple[int, int]:
     """Fill ``profile`` from -reach outwards along one ray, averaged over parallel lines 1 px apart.
 

@@ -13,7 +13,7 @@ from wentry_cli.compiled import compiled
 Floats = NDArray[np.float64]
 Singles = NDArray[np.floating[Any]]
 
-BINS, FEW = 1024, 512
+BINS, FEW, VERY_FEW = 1024, 512, 24
 
 
 @compiled
@@ -54,11 +54,20 @@ def quantile_of(values: Floats, count: int, share: float) -> float:
 
 @compiled
 def median_of(values: Floats, count: int) -> float:
-    """Median of the first ``count`` entries; NaN where there are none."""
+    """Median of the first ``count`` entries, which keep their order; NaN where there are none."""
     if count == 0:
         return math.nan
-    upper = select(values, count, count // 2)
-    return upper if count % 2 else 0.5 * (upper + select(values, count, count // 2 - 1))
+    if count > VERY_FEW:
+        upper = select(values, count, count // 2)
+        return upper if count % 2 else 0.5 * (upper + select(values, count, count // 2 - 1))
+    part = np.empty(count)
+    for n in range(count):
+        place, value = n, values[n]
+        while place > 0 and part[place - 1] > value:
+            part[place] = part[place - 1]
+            place -= 1
+        part[place] = value
+    return float(part[count // 2] if count % 2 else 0.5 * (part[count // 2] + part[count // 2 - 1]))
 
 
 @compiled
