@@ -84,7 +84,8 @@ def _deepest_first(dip: NDArray[np.float32], limits: tuple[int, int], x_px: floa
     """The dips between two rows, one after the other; what is no line across the picture has no edge."""
     top, bottom = limits
     strips = np.array_split(np.arange(dip.shape[1]), BLOCKS)
-    profiles = np.array([np.mean(dip[:, strip], axis=1) for strip in strips])
+    across = np.ascontiguousarray(dip.T)  # one row to a column, so that a strip is a block of memory
+    profiles = np.array([np.mean(across[strip[0] : strip[-1] + 1], axis=0) for strip in strips])
     middle = np.array([float(strip.mean()) for strip in strips])
     common = np.median(profiles, axis=0)
     common[:top] = 0.0
