@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 PARAMETERS = ("x", "y", "R", "stretch", "tilt")
 
 
-@dataclass(frozen=True)
-class EllipseShape:
+class EllipseShape(NamedTuple):
     """An ellipse of revolution in full-frame pixels.
 
     The semi-axes are ``stretch * radius`` across and ``radius / stretch**2`` along the axis. ``x``, ``y`` is
@@ -52,8 +51,7 @@ class EllipseShape:
         return np.array([self.x - x0, self.y - y0, self.radius, self.stretch, tilt, *departure])
 
 
-@dataclass(frozen=True)
-class SilhouetteFit:
+class SilhouetteFit(NamedTuple):
     """A fitted ellipse of revolution with its standard uncertainties (NaN where a parameter was held).
 
     ``covariance`` is 5 x 5 in the order of ``PARAMETERS`` (px, px, px, 1, rad) with zero rows where a parameter

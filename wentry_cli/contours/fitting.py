@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.clipped import is_clipped, shift_covariance
 from wentry_cli.contours.ellipse import PARAMETERS, EllipseShape, SilhouetteFit
-from wentry_cli.contours.refine import ARC, BLUR, GATED, RESIDUAL, refine_shape
+from wentry_cli.contours.refine import ARC, BLUR, GATED, RESIDUAL, STATUS, refine_shape
 from wentry_cli.contours.scan import scan_shape
 from wentry_cli.contours.turning import ANSWER, STEP, UNC
 from wentry_cli.imaging.patch import Patch
@@ -36,8 +37,7 @@ FEW_KEPT = 0.85
 MOST_RESIDUAL_FEW_PX = 0.05
 
 
-@dataclass(frozen=True)
-class FitRequest:
+class FitRequest(NamedTuple):
     """What to fit and from which part of the outline; ``tilt_unc_deg`` is how well a tilt that is held is known."""
 
     free: tuple[str, ...]
@@ -169,16 +169,18 @@ def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> Silhoue
     scans = 3.0 if request.level == "fast" else 2.0
     search = np.array([SEARCH_PX, float(request.one_sided), RAYS, SCAN_VARIANCE, scans, *request.motion_px])
     scanned, report, turn = scan_shape(values, vector, free, top, search, patch.noise_floor)
-    arc, gated = float(report[1]), float(report[2])
-    if status := scan_status(report, request):
+    scan = report.tolist()
+    _, arc, gated, residual, *_ = scan
+    if status := scan_status(scan, request):
         lost = status == "no_edge" and np.mean(~(values < patch.ceiling)) > MOST_CLIPPED
         return unmeasured(arc, gated, "saturated" if lost else status)
-    quality = {"blur": math.nan, "arc": arc, "gated": gated, "residual": float(report[3])}
+    quality = {"blur": math.nan, "arc": arc, "gated": gated, "residual": residual}
     if request.level == "accurate":
         settings = np.array([top, *request.motion_px, patch.ceiling, float(request.one_sided)])
         scanned, report, turn = refine_shape(values, vector, free, settings)
-        quality = {"blur": report[BLUR], "arc": report[ARC], "gated": report[GATED], "residual": report[RESIDUAL]}
-        if report[0]:
+        fine = report.tolist()
+        quality = {"blur": fine[BLUR], "arc": fine[ARC], "gated": fine[GATED], "residual": fine[RESIDUAL]}
+        if fine[STATUS]:
             return unmeasured(arc, gated, "poor_fit")
     if is_clipped(patch):
         scanned = scanned + shift_covariance(vector, free, top)
@@ -190,7 +192,7 @@ def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> Silhoue
     return assemble_fit(shape, covariance, quality, status, known)
 
 
-def scan_status(report: NDArray[np.float64], request: FitRequest) -> str:
+def scan_status(report: Sequence[float], request: FitRequest) -> str:
     """The word for a scan that cannot be trusted, empty where it can."""
     least = LEAST_ARC_FREE_SIZE if "R" in request.free else LEAST_ARC
     if report[1] < least:
@@ -204,11 +206,12 @@ def scan_status(report: NDArray[np.float64], request: FitRequest) -> str:
 
 def fit_status(covariance: NDArray[np.float64], quality: dict[str, float], request: FitRequest) -> str:
     """``ok`` only where the outline agrees with itself."""
-    if not math.isfinite(covariance.sum()) or quality["residual"] > MOST_RESIDUAL_PX:
+    residual, gated = quality["residual"], quality["gated"]
+    if not all(map(math.isfinite, covariance.ravel().tolist())) or residual > MOST_RESIDUAL_PX:
         return "poor_fit"
-    if quality["gated"] > HALF_GATED and quality["residual"] > MOST_RESIDUAL_GATED_PX:
+    if gated > HALF_GATED and residual > MOST_RESIDUAL_GATED_PX:
         return "occluded"
-    if quality["gated"] <= (MOST_GATED_ONE_SIDED if request.one_sided else MOST_GATED):
+    if gated <= (MOST_GATED_ONE_SIDED if request.one_sided else MOST_GATED):
         return "ok"
-    agrees = not request.one_sided and quality["residual"] < MOST_RESIDUAL_FEW_PX and quality["gated"] < FEW_KEPT
+    agrees = not request.one_sided and residual < MOST_RESIDUAL_FEW_PX and gated < FEW_KEPT
     return "ok" if agrees else "occluded"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from wentry_cli.contours.departure import NONE, Departure
 from wentry_cli.contours.ellipse import EllipseShape
@@ -84,7 +84,7 @@ class WetPlan:
         self.sees_enough = tells_radius(fit)
         self.tilt.hear(sighting)
         if not self.known and sighting.free_fit is not None:
-            self.pilot.append(replace(sighting, wet=True))
+            self.pilot.append(sighting._replace(wet=True))
         line = sighting.separation
         if line is not None and line.status == "ok":
             self.separation = (line.y_px - fit.center_y_px) / (fit.radius_px / fit.stretch**2)
