@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,14 +105,21 @@ def pool_departures(found: Sequence[Waves], radius_px: float) -> Shape:
 
 def extremes(shape: EllipseShape, departure: Departure) -> tuple[float, float]:
     """Greatest half-width over the radius, and the lowest row, of the ellipse with its departure."""
-    psi: Floats = np.arange(720, dtype=np.float64) * (2.0 * math.pi / 720)
-    factor = 1.0 + waves_at(psi) @ np.array(departure)
-    across, along = shape.semi_across * np.sin(psi) * factor, shape.semi_along * np.cos(psi) * factor
+    sine, cosine, waves = _round()
+    factor = 1.0 + waves @ np.array(departure)
+    across, along = shape.semi_across * sine * factor, shape.semi_along * cosine * factor
     tilt = math.radians(shape.tilt_deg)
     x = across * math.cos(tilt) + along * math.sin(tilt)
     y = along * math.cos(tilt) - across * math.sin(tilt)
     half_width = 0.5 * (_peak(x) + _peak(-x))
     return half_width / shape.radius, shape.y + _peak(y)
+
+
+@cache
+def _round() -> tuple[Floats, Floats, Floats]:
+    """Sine, cosine and waves at every half degree; read only."""
+    psi: Floats = np.arange(720, dtype=np.float64) * (2.0 * math.pi / 720)
+    return np.sin(psi), np.cos(psi), waves_at(psi)
 
 
 def _peak(values: Floats) -> float:

@@ -14,6 +14,7 @@ from wentry_cli.compiled import compiled
 from wentry_cli.imaging.detection import Candidate, find_spheres, shrink
 from wentry_cli.imaging.ground import clean_level, fill_holes, relative_noise
 from wentry_cli.imaging.late_ground import false_ground
+from wentry_cli.imaging.order_statistics import linear_quantile
 from wentry_cli.imaging.patch import Patch
 
 DARKEST_GROUND = 0.12
@@ -110,8 +111,9 @@ def _ghosts(level: NDArray[np.float32], discs: NDArray[np.bool_]) -> NDArray[np.
 def spheres_in_raw(frame: NDArray[Any]) -> list[Candidate]:
     """Spheres in a frame without flat field: dark against the level of its bright half."""
     coarse, factor = shrink(frame)
-    ground = float(np.percentile(coarse[::2, ::2], 80))
-    return find_spheres(coarse / max(ground, 1.0), factor)
+    light = coarse[::2, ::2].ravel()
+    ground = linear_quantile(light, light.size, 0.8)
+    return find_spheres(coarse / np.float32(max(ground, 1.0)), factor)
 
 
 def coarse_transmission(frame: NDArray[Any], background: Background) -> tuple[NDArray[np.float32], float]:

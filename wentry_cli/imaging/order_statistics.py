@@ -62,7 +62,7 @@ def median_of(values: Floats, count: int) -> float:
 
 
 @compiled
-def linear_quantile(values: Floats, count: int, share: float) -> float:
+def linear_quantile(values: Singles, count: int, share: float) -> float:
     """The quantile of the first ``count`` of many entries, between two of them where it falls there; NaN where none."""
     if count == 0:
         return math.nan

@@ -13,10 +13,9 @@ from wentry_cli.compiled import compiled
 from wentry_cli.contours.circle import Circle, fit_circle
 from wentry_cli.contours.departure import NONE, Departure, extremes
 from wentry_cli.contours.ellipse import EllipseShape, SilhouetteFit
-from wentry_cli.contours.fitting import bottom_unc
+from wentry_cli.contours.fitting import FitRequest, bottom_unc, fit_shape, parse_free
 from wentry_cli.contours.local_bottom import BottomFit, fit_local_bottom
 from wentry_cli.contours.separation import SeparationFit, find_separation
-from wentry_cli.contours.silhouette import fit_silhouette
 from wentry_cli.imaging.background import Background, steadied
 from wentry_cli.imaging.order_statistics import median_of
 from wentry_cli.imaging.patch import Patch
@@ -128,43 +127,55 @@ def read_steadied(frames: Frames, index: int, ground: Background, shape: Ellipse
 def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighting:
     """Fit the shape in a patch and, where that went well, its bottom and separation line."""
     if look.outline == "circle":
-        circle = Circle(guess.x, guess.y, guess.radius * guess.stretch)
-        fit = fit_circle(patch, circle, one_sided=look.one_sided, motion_px=look.motion_px, level=look.level)
-    else:
-        fit = _fit_ellipse(patch, guess, look)
+        return _examine_circle(patch, index, Circle(guess.x, guess.y, guess.radius * guess.stretch), look)
+    fit = _fit_ellipse(patch, guess, look)
     if not usable(fit):
         return Sighting(index, fit.status if fit.status != "ok" else "poor_fit", fit)
-    if look.outline == "circle":
-        crowded = ring_share(patch, fit, CLEAR_GROUND_PX) > MOST_CROWDED
-        radius = fit.radius_px
-        inside = level_within(patch.values, fit.center_x_px - patch.x0, fit.center_y_px - patch.y0, radius, radius,
-                              -math.inf)  # fmt: skip
-        return Sighting(
-            index,
-            "occluded" if crowded else "ok",
-            fit,
-            free_fit=fit,
-            circle=True,
-            inside=inside,
-            lightest=lightest_within(patch, fit),
-        )
     if look.beside_band:
         fit = _doubted_beside_band(patch, fit, look)
+    shape = fit.shape
     bottom = fit_local_bottom(patch, fit, motion_px=look.motion_px) if look.bottom else None
-    lowest = extremes(fit.shape, look.departure)[1] if look.departure else fit.bottom_y_px
+    lowest = extremes(shape, look.departure)[1] if look.departure else fit.bottom_y_px
     if bottom is not None and not abs(bottom.y_px - lowest) < LARGEST_OFFSET_PX + LARGEST_MISFIT * fit.radius_px:
         bottom = dataclasses.replace(bottom, status="poor_fit")
     separation = find_separation(patch, fit, departure=look.departure) if look.separation else None
-    line = (look.top_y_px - fit.center_y_px) * fit.stretch**2 / fit.radius_px
     free = fit if " R" in look.free else None
     if look.also_free and free is None:
-        free = _fit_ellipse(patch, fit.shape, look._replace(free=_with_size(look.free, fit.stretch)))
+        free = _fit_ellipse(patch, shape, look._replace(free=_with_size(look.free, fit.stretch)))
         free = free if usable(free) else None
-    inside = level_within(patch.values, fit.center_x_px - patch.x0, fit.center_y_px - patch.y0, fit.shape.semi_across,
-                          fit.shape.semi_along, look.top_y_px - patch.y0)  # fmt: skip
     return Sighting(
-        index, "ok", fit, bottom, separation, free_fit=free, line=line, departure=look.departure, inside=inside
+        index,
+        "ok",
+        fit,
+        bottom,
+        separation,
+        free_fit=free,
+        line=(look.top_y_px - shape.y) * shape.stretch**2 / shape.radius,
+        departure=look.departure,
+        inside=_inside(patch, shape, look.top_y_px),
     )
+
+
+def _examine_circle(patch: Patch, index: int, guess: Circle, look: Look) -> Sighting:
+    fit = fit_circle(patch, guess, one_sided=look.one_sided, motion_px=look.motion_px, level=look.level)
+    if not usable(fit):
+        return Sighting(index, fit.status if fit.status != "ok" else "poor_fit", fit)
+    crowded = ring_share(patch, fit, CLEAR_GROUND_PX) > MOST_CROWDED
+    return Sighting(
+        index,
+        "occluded" if crowded else "ok",
+        fit,
+        free_fit=fit,
+        circle=True,
+        inside=_inside(patch, fit.shape, -math.inf),
+        lightest=lightest_within(patch, fit),
+    )
+
+
+def _inside(patch: Patch, shape: EllipseShape, top_y_px: float) -> float:
+    """The transmission just within the lower outline."""
+    x, y, top = shape.x - patch.x0, shape.y - patch.y0, top_y_px - patch.y0
+    return level_within(patch.values, x, y, shape.semi_across, shape.semi_along, top)
 
 
 def _with_size(free: str, stretch: float) -> str:
@@ -174,15 +185,11 @@ def _with_size(free: str, stretch: float) -> str:
 
 
 def _fit_ellipse(patch: Patch, guess: EllipseShape, look: Look) -> SilhouetteFit:
-    return fit_silhouette(
+    free = parse_free(look.free)
+    return fit_shape(
         patch,
         guess,
-        free=look.free,
-        top_y_px=look.top_y_px,
-        motion_px=look.motion_px,
-        level=look.level,
-        departure=look.departure,
-        tilt_unc_deg=look.tilt_unc_deg,
+        FitRequest(free, look.top_y_px, look.motion_px, look.level, False, look.departure, look.tilt_unc_deg),
     )
 
 

@@ -106,9 +106,10 @@ class WetPlan:
 
     def __call__(self, index: int, guess: EllipseShape, velocity: tuple[float, float]) -> Look | str:
         """Decide on one frame."""
-        if guess.bottom_y < self.scene.ceiling_px + SHALLOWEST * guess.radius:
+        bottom = guess.bottom_y
+        if bottom < self.scene.ceiling_px + SHALLOWEST * guess.radius:
             return "short_arc"
-        if guess.bottom_y > self.frame_shape[0] - 2 or leaves_frame(guess, self.frame_shape):
+        if bottom > self.frame_shape[0] - 2 or leaves_frame(guess, self.frame_shape):
             return "out_of_frame"
         piloting = not self.known and (self.sees_enough or self._deep(guess))
         free = "x y" + (" R" if piloting else "") + (" stretch" if self.scene.deformable else "")
