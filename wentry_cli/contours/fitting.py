@@ -37,7 +37,7 @@ FEW_KEPT = 0.85
 MOST_RESIDUAL_FEW_PX = 0.05
 # Where `fit_outline` puts its verdict, blur, arc, gated share and residual, the turn and the `spreads`.
 VERDICT, QUALITY, KNOWN, FOUND = 0, 1, 5, 13
-VERDICTS = ("", "short_arc", "out_of_frame", "no_edge", "occluded", "poor_fit")
+VERDICTS, POOR = ("", "short_arc", "out_of_frame", "no_edge", "occluded", "poor_fit"), 5.0
 
 
 class FitRequest(NamedTuple):
@@ -215,10 +215,12 @@ def fit_outline(
         if fine[STATUS] == 0.0:
             found[QUALITY:KNOWN] = fine[BLUR : RESIDUAL + 1]
         else:
-            found[VERDICT] = len(VERDICTS) - 1.0
+            found[VERDICT] = POOR
     if found[VERDICT] > 0.0:
         return found, np.full((5, 5), math.nan)
     whole = whole_covariance(covariance, free, turn, request[8])
+    if not math.isfinite(whole.sum()):
+        found[VERDICT] = POOR
     found[KNOWN], found[KNOWN + 1] = turn[STEP], turn[UNC]
     found[KNOWN + 2 :] = spreads(vector[2], vector[3], vector[4], whole)
     return found, whole
@@ -250,14 +252,13 @@ def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> Silhoue
         known[2:] = spreads(radius, stretch, tilt, covariance).tolist()
     if "tilt" in request.free:
         known[:2] = 0.0, known[6]
-    status = fit_status(covariance, quality, request)
-    return _gathered(shape, covariance, quality, status, known)
-
-
-def fit_status(covariance: NDArray[np.float64], quality: Sequence[float], request: FitRequest) -> str:
-    """``ok`` only where the outline agrees with itself."""
     _, _, gated, residual = quality
-    if not math.isfinite(covariance.sum()) or residual > MOST_RESIDUAL_PX:
+    return _gathered(shape, covariance, quality, fit_status(gated, residual, request), known)
+
+
+def fit_status(gated: float, residual: float, request: FitRequest) -> str:
+    """``ok`` only where the outline agrees with itself."""
+    if residual > MOST_RESIDUAL_PX:
         return "poor_fit"
     if gated > HALF_GATED and residual > MOST_RESIDUAL_GATED_PX:
         return "occluded"
