@@ -59,7 +59,7 @@ def measure_departure(patch: Patch, fit: SilhouetteFit) -> Waves:
     """Waves of one whole outline about its fitted ellipse; none where a part of it is not seen or not smooth."""
     values = np.ascontiguousarray(patch.values, dtype=np.float32)
     shape = fit.shape.vector(patch.x0, patch.y0)
-    phi: Floats = (np.arange(RAYS, dtype=np.float64) + 0.5) * (2.0 * math.pi / RAYS)
+    phi, waves = _rays()
     rays = arc_geometry(shape, phi)
     at, _, _ = edge_candidates(values, rays, SEARCH_PX, STEP_PX, LINES)
     off = at[:, 0] / fit.radius_px
@@ -67,11 +67,18 @@ def measure_departure(patch: Patch, fit: SilhouetteFit) -> Waves:
     if np.mean(good) < LEAST_SHARE_SEEN:
         return Waves()
     ellipse = rays[:, J : J + 4] / fit.radius_px
-    design = np.column_stack([ellipse, waves_at(0.5 * math.pi - phi)])[good]
+    design = np.column_stack([ellipse, waves])[good]
     solution = np.linalg.lstsq(design, off[good], rcond=None)[0]
     independent = min(float(np.count_nonzero(good)), 2.0 * math.pi * fit.radius_px / BLUR_PX)
     error = float(np.std(off[good] - design @ solution)) * math.sqrt(2.0 / independent)
     return Waves(tuple(solution[4:].tolist()), error)
+
+
+@cache
+def _rays() -> tuple[Floats, Floats]:
+    """Angles of the rays that are looked along and the waves there; read only."""
+    phi: Floats = (np.arange(RAYS, dtype=np.float64) + 0.5) * (2.0 * math.pi / RAYS)
+    return phi, waves_at(0.5 * math.pi - phi)
 
 
 @dataclass(frozen=True)

@@ -40,7 +40,8 @@ class EllipseShape(NamedTuple):
         if not self.tilt_deg:
             return self.y + self.semi_along
         tilt = math.radians(self.tilt_deg)
-        return self.y + math.hypot(self.semi_across * math.sin(tilt), self.semi_along * math.cos(tilt))
+        across, along = self.radius * self.stretch, self.radius / self.stretch**2
+        return self.y + math.hypot(across * math.sin(tilt), along * math.cos(tilt))
 
     def vector(self, x0: float = 0.0, y0: float = 0.0, departure: tuple[float, ...] = ()) -> NDArray[np.float64]:
         """The parameters in the order of ``PARAMETERS``, tilt in radians, and a known ``departure`` behind them.
