@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
+import re
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 FLOAT_FORMAT = "%.9g"
+QUOTED = re.compile(r'[,"\r\n]')  # a cell with one of these goes between quotes
 _READ_TYPES = {"float": "float64", "int": "Int64", "text": "string"}
 
 
@@ -123,12 +125,13 @@ def write_table(folder: Path, name: str, frame: pd.DataFrame) -> Path:
     if infinite:
         raise ValueError(f"{name}.csv: infinite numbers in {', '.join(infinite)}")
     columns = [_cells(ordered[column.name], column.kind) for column in table.columns]
+    text = [cells for cells, column in zip(columns, table.columns, strict=True) if column.kind == "text"]
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(table.names)
-        if any(column.kind == "text" for column in table.columns):
+        if any(QUOTED.search("".join(cells)) for cells in text):
             writer.writerows(zip(*columns, strict=True))
-        else:  # no number needs quotes: joined cells are written five times faster
+        else:  # joined cells are written five times faster
             stream.writelines(f"{','.join(row)}\n" for row in zip(*columns, strict=True))
     return path
 

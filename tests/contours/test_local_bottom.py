@@ -68,5 +68,5 @@ def test_a_hidden_cap_has_no_number():
 
 def test_the_status_of_the_ellipse_is_handed_on():
     s = draw(5)
-    lost = replace(fit_silhouette(s.patch, s.shape, top_y_px=s.top_y), status="occluded")
+    lost = fit_silhouette(s.patch, s.shape, top_y_px=s.top_y)._replace(status="occluded")
     assert fit_local_bottom(s.patch, lost).status == "occluded"

@@ -105,7 +105,7 @@ def test_a_guess_off_by_several_pixels_converges_to_the_same(off, level):
 @pytest.mark.parametrize("free", ["x y", "x y R", "x y stretch", "x y R stretch", "x y R stretch tilt"])
 def test_every_free_set(free):
     s = draw(4, visible=1.0, body={"tilt_deg": 4.0})
-    guess = replace(s.shape, x=s.shape.x + 1.0, y=s.shape.y - 1.0)
+    guess = s.shape._replace(x=s.shape.x + 1.0, y=s.shape.y - 1.0)
     fit = fit_silhouette(s.patch, guess, free=free)
     names = free.split()
     assert fit.status == "ok"
@@ -181,7 +181,7 @@ def test_status_says_why_there_is_nothing():
     empty = Patch(np.random.default_rng(0).normal(1.0, 0.01, s.patch.values.shape).astype(np.float32), 40, 300)
     assert fit_silhouette(empty, s.shape).status == "no_edge"
     assert fit_silhouette(s.patch, s.shape, top_y_px=s.shape.bottom_y - 1.0).status == "short_arc"
-    away = replace(s.shape, x=s.shape.x + 150.0)
+    away = s.shape._replace(x=s.shape.x + 150.0)
     assert fit_silhouette(s.patch, away, top_y_px=s.top_y).status == "out_of_frame"
     clipped = replace(empty, values=np.full_like(empty.values, math.nan))
     assert fit_silhouette(clipped, s.shape).status == "saturated"

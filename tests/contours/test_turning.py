@@ -1,7 +1,6 @@
 """The tilt that an outline asks for beyond the one that was held in the fit."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +12,7 @@ from wentry_cli.contours.silhouette import fit_silhouette
 def fits(stretch, tilt, *, held, level="accurate", free="x y stretch", seeds=12):
     for seed in range(seeds):
         s = draw(seed, stretch=stretch, noise=0.02, body={"tilt_deg": tilt})
-        guess = replace(nudged(s.shape, 0.7, seed), tilt_deg=held)
+        guess = nudged(s.shape, 0.7, seed)._replace(tilt_deg=held)
         yield fit_silhouette(s.patch, guess, free=free, top_y_px=s.top_y, level=level)
 
 

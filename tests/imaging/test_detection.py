@@ -25,6 +25,16 @@ def test_the_coarse_look_at_a_large_image_gives_full_pixels() -> None:
     assert (found.x, found.y, found.radius) == pytest.approx((400.0, 300.0, 90.0), abs=2.0)
 
 
+@pytest.mark.parametrize(("rows", "columns", "factor"), [(500, 722, 3), (721, 300, 3), (400, 500, 2), (1801, 200, 6)])
+def test_the_coarse_look_is_made_of_means(rows: int, columns: int, factor: int) -> None:
+    image = np.random.default_rng(4).integers(0, 4096, (rows, columns)).astype(np.uint16)
+    coarse, shrunk = shrink(image)
+    whole = image[: rows // factor * factor, : columns // factor * factor].astype(float)
+    means = whole.reshape(rows // factor, factor, columns // factor, factor).mean(axis=(1, 3))
+    assert shrunk == factor
+    np.testing.assert_allclose(coarse, means, rtol=1e-6)
+
+
 def test_a_bright_spot_inside_does_not_matter() -> None:
     image = np.maximum(picture(100, 100, 40), 1.0 - picture(105, 110, 12))
     (found,) = find_spheres(image)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -30,7 +29,7 @@ def sightings(count: int, released_s: float, fall_s: float) -> list[Sighting]:
         if since < fall_s:
             shape = EllipseShape(0.0, row - 50.0, 50.0, 1.0)
             fit = assemble_fit(shape, np.eye(5) * NOISE**2, quality, "ok")
-            found.append(Sighting(frame, "ok", replace(fit, bottom_y_unc_px=NOISE)))
+            found.append(Sighting(frame, "ok", fit._replace(bottom_y_unc_px=NOISE)))
     return found
 
 

@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -103,7 +101,7 @@ def test_a_radius_that_goes_with_a_stretch_in_air_is_doubted() -> None:
         assert item.free_fit is not None
         covariance = np.diag([1e-4, 1e-4, 1e-4, 1e-8, 0.0])
         covariance[2, 3] = covariance[3, 2] = 8e-7
-        return replace(item, free_fit=replace(item.free_fit, stretch=1.001 + 1e-5 * item.frame, covariance=covariance))
+        return item._replace(free_fit=item.free_fit._replace(stretch=1.001 + 1e-5 * item.frame, covariance=covariance))
 
     partial = [part(item) for item in dry if item.ok]
     assert doubted_radius(pooled, partial).unc == pytest.approx(0.08, rel=0.15)

@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -58,11 +56,11 @@ def test_an_outline_that_changes_further_from_the_band_is_doubted_by_it(patch: P
     """A trace of the surface band lies on the first rows below the line."""
     trace = 0.6 * np.exp(-0.25 * np.maximum(np.arange(200.0)[:, None] - 106.0, 0.0) ** 2)
     bent = Patch((patch.values + (0.25 - patch.values) * trace).astype(np.float32))
-    beside = replace(look("x y stretch"), top_y_px=107.0, beside_band=True)
+    beside = look("x y stretch")._replace(top_y_px=107.0, beside_band=True)
     guess = EllipseShape(80.0, 91.0, 40.0, 1.14)
     doubted = examine(bent, 0, guess, beside).fit
-    plain = examine(bent, 0, guess, replace(beside, beside_band=False)).fit
-    further = examine(bent, 0, guess, replace(beside, beside_band=False, top_y_px=107.0 + FURTHER_PX[0])).fit
+    plain = examine(bent, 0, guess, beside._replace(beside_band=False)).fit
+    further = examine(bent, 0, guess, beside._replace(beside_band=False, top_y_px=107.0 + FURTHER_PX[0])).fit
     assert doubted is not None
     assert plain is not None
     assert further is not None
@@ -74,7 +72,7 @@ def test_an_outline_that_changes_further_from_the_band_is_doubted_by_it(patch: P
 def test_where_few_frames_tell_the_radius_well_half_hidden_ones_help(patch: Patch) -> None:
     seen = examine(patch, 3, EllipseShape(80.0, 91.0, 40.0, 1.14), look("x y R stretch"))
     assert seen.free_fit is not None
-    hidden = replace(seen, free_fit=replace(seen.free_fit, gated_fraction=0.45))
+    hidden = seen._replace(free_fit=seen.free_fit._replace(gated_fraction=0.45))
     assert pool_sightings([seen] * 4 + [hidden] * 4, wet=False).count == 4
     assert pool_sightings([seen] + [hidden] * 4, wet=False).count == 5
 

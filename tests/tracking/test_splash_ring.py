@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -65,7 +64,7 @@ def test_a_circle_that_does_not_agree_with_itself_is_occluded() -> None:
     seen = track_top(frames, ground, seed)
     fit = seen[5].fit
     assert fit is not None
-    seen[5] = replace(seen[5], fit=replace(fit, residual_rms_px=10 * fit.residual_rms_px))
+    seen[5] = seen[5]._replace(fit=fit._replace(residual_rms_px=10 * fit.residual_rms_px))
     judged = judge_rings(frames, ground, seen)
     assert judged[5].status == "occluded"
     assert all(item.ok for item in judged if item.frame != 5)
@@ -81,7 +80,7 @@ def test_a_ring_that_is_followed_in_most_frames_is_not_the_usual() -> None:
     for k in range(8, 40):
         fit = seen[k].fit
         assert fit is not None
-        seen[k] = replace(seen[k], fit=replace(fit, gated_fraction=0.4, residual_rms_px=10 * fit.residual_rms_px))
+        seen[k] = seen[k]._replace(fit=fit._replace(gated_fraction=0.4, residual_rms_px=10 * fit.residual_rms_px))
     judged = judge_rings(frames, ground, seen)
     assert [item.frame for item in judged if item.ok] == list(range(8))
 
@@ -95,8 +94,8 @@ def test_the_outer_edge_of_a_ring_is_not_as_dark_within_as_the_sphere() -> None:
     assert circle.inside < 0.2
     accept = _like_the_sphere(seed, [(circle.inside, circle.lightest)] * 5)
     assert accept(circle)
-    assert not accept(replace(circle, inside=circle.inside + 0.3))
-    assert not accept(replace(circle, lightest=circle.lightest + 0.3))
+    assert not accept(circle._replace(inside=circle.inside + 0.3))
+    assert not accept(circle._replace(lightest=circle.lightest + 0.3))
 
 
 def shrinking(frame: int) -> float:
@@ -136,7 +135,7 @@ def test_a_radius_does_not_leap_over_what_is_hidden() -> None:
     circle = seen[at + 2]
     assert circle.fit is not None
     assert accept(circle)
-    assert not accept(replace(circle, fit=replace(circle.fit, radius_px=RADIUS * 1.17)))
+    assert not accept(circle._replace(fit=circle.fit._replace(radius_px=RADIUS * 1.17)))
 
 
 def test_the_grey_floor_of_a_cavity_is_no_ring() -> None:

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,7 +14,7 @@ from wentry_cli.tracking.tilt import Tilt, identified_tilt
 def seen(frame: int, tilt: float, unc: float = 0.05, stretch: float = 1.2, held: float = 0.0) -> Sighting:
     quality = {"blur": 1.0, "arc": 0.5, "gated": 0.0, "residual": 0.01}
     fit = assemble_fit(EllipseShape(0.0, 0.0, 50.0, stretch, held), np.eye(5) * 1e-4, quality, "ok")
-    return Sighting(frame, "ok", replace(fit, seen_tilt_deg=tilt, seen_tilt_unc_deg=unc))
+    return Sighting(frame, "ok", fit._replace(seen_tilt_deg=tilt, seen_tilt_unc_deg=unc))
 
 
 def test_frames_that_agree_make_a_tilt_that_does_harm() -> None:

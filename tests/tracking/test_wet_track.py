@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-from dataclasses import replace
-
 from tests.tracking.clips import SHAPE, clip, ground_of
 from wentry_cli.contours.departure import Shape
 from wentry_cli.contours.ellipse import EllipseShape
@@ -35,7 +33,7 @@ def tracker(gain: float) -> WetTracker:
 def believed(found: WetTracker, frame: int, bottom_px: float) -> bool:
     last = found.dry[-1]
     assert last.fit is not None
-    return found._believable(replace(last, frame=frame, fit=replace(last.fit, bottom_y_px=bottom_px)))
+    return found._believable(last._replace(frame=frame, fit=last.fit._replace(bottom_y_px=bottom_px)))
 
 
 def test_gravity_goes_on_speeding_up_a_slow_fall() -> None:
@@ -54,7 +52,7 @@ def test_a_fall_that_gains_no_speed_is_bounded_by_its_speed() -> None:
 def test_a_sphere_of_unknown_size_is_left_as_it_was_seen() -> None:
     """Where neither air nor water told a radius there is none to hold: no frame is predicted with it."""
     found = tracker(0.0)
-    seen = [replace(item, wet=True) for item in found.dry]
+    seen = [item._replace(wet=True) for item in found.dry]
     found.plan.pilot = seen[:5]
     assert found.settle(seen, NO_RADIUS) == seen
     assert found.deformation(NO_RADIUS) == 0.0

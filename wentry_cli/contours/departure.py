@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,7 +59,7 @@ def measure_departure(patch: Patch, fit: SilhouetteFit) -> Waves:
     """Waves of one whole outline about its fitted ellipse; none where a part of it is not seen or not smooth."""
     values = np.ascontiguousarray(patch.values, dtype=np.float32)
     shape = fit.shape.vector(patch.x0, patch.y0)
-    phi: Floats = (np.arange(RAYS, dtype=np.float64) + 0.5) * (2.0 * math.pi / RAYS)
+    phi, waves = _rays()
     rays = arc_geometry(shape, phi)
     at, _, _ = edge_candidates(values, rays, SEARCH_PX, STEP_PX, LINES)
     off = at[:, 0] / fit.radius_px
@@ -66,11 +67,18 @@ def measure_departure(patch: Patch, fit: SilhouetteFit) -> Waves:
     if np.mean(good) < LEAST_SHARE_SEEN:
         return Waves()
     ellipse = rays[:, J : J + 4] / fit.radius_px
-    design = np.column_stack([ellipse, waves_at(0.5 * math.pi - phi)])[good]
+    design = np.column_stack([ellipse, waves])[good]
     solution = np.linalg.lstsq(design, off[good], rcond=None)[0]
     independent = min(float(np.count_nonzero(good)), 2.0 * math.pi * fit.radius_px / BLUR_PX)
     error = float(np.std(off[good] - design @ solution)) * math.sqrt(2.0 / independent)
     return Waves(tuple(solution[4:].tolist()), error)
+
+
+@cache
+def _rays() -> tuple[Floats, Floats]:
+    """Angles of the rays that are looked along and the waves there; read only."""
+    phi: Floats = (np.arange(RAYS, dtype=np.float64) + 0.5) * (2.0 * math.pi / RAYS)
+    return phi, waves_at(0.5 * math.pi - phi)
 
 
 @dataclass(frozen=True)
@@ -104,14 +112,21 @@ def pool_departures(found: Sequence[Waves], radius_px: float) -> Shape:
 
 def extremes(shape: EllipseShape, departure: Departure) -> tuple[float, float]:
     """Greatest half-width over the radius, and the lowest row, of the ellipse with its departure."""
-    psi: Floats = np.arange(720, dtype=np.float64) * (2.0 * math.pi / 720)
-    factor = 1.0 + waves_at(psi) @ np.array(departure)
-    across, along = shape.semi_across * np.sin(psi) * factor, shape.semi_along * np.cos(psi) * factor
+    sine, cosine, waves = _round()
+    factor = 1.0 + waves @ np.array(departure)
+    across, along = shape.semi_across * sine * factor, shape.semi_along * cosine * factor
     tilt = math.radians(shape.tilt_deg)
     x = across * math.cos(tilt) + along * math.sin(tilt)
     y = along * math.cos(tilt) - across * math.sin(tilt)
     half_width = 0.5 * (_peak(x) + _peak(-x))
     return half_width / shape.radius, shape.y + _peak(y)
+
+
+@cache
+def _round() -> tuple[Floats, Floats, Floats]:
+    """Sine, cosine and waves at every half degree; read only."""
+    psi: Floats = np.arange(720, dtype=np.float64) * (2.0 * math.pi / 720)
+    return np.sin(psi), np.cos(psi), waves_at(psi)
 
 
 def _peak(values: Floats) -> float:

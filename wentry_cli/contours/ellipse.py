@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 PARAMETERS = ("x", "y", "R", "stretch", "tilt")
 
 
-@dataclass(frozen=True)
-class EllipseShape:
+class EllipseShape(NamedTuple):
     """An ellipse of revolution in full-frame pixels.
 
     The semi-axes are ``stretch * radius`` across and ``radius / stretch**2`` along the axis. ``x``, ``y`` is
@@ -41,7 +40,8 @@ class EllipseShape:
         if not self.tilt_deg:
             return self.y + self.semi_along
         tilt = math.radians(self.tilt_deg)
-        return self.y + math.hypot(self.semi_across * math.sin(tilt), self.semi_along * math.cos(tilt))
+        across, along = self.radius * self.stretch, self.radius / self.stretch**2
+        return self.y + math.hypot(across * math.sin(tilt), along * math.cos(tilt))
 
     def vector(self, x0: float = 0.0, y0: float = 0.0, departure: tuple[float, ...] = ()) -> NDArray[np.float64]:
         """The parameters in the order of ``PARAMETERS``, tilt in radians, and a known ``departure`` behind them.
@@ -52,8 +52,7 @@ class EllipseShape:
         return np.array([self.x - x0, self.y - y0, self.radius, self.stretch, tilt, *departure])
 
 
-@dataclass(frozen=True)
-class SilhouetteFit:
+class SilhouetteFit(NamedTuple):
     """A fitted ellipse of revolution with its standard uncertainties (NaN where a parameter was held).
 
     ``covariance`` is 5 x 5 in the order of ``PARAMETERS`` (px, px, px, 1, rad) with zero rows where a parameter

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.clipped import is_clipped, shift_covariance
 from wentry_cli.contours.ellipse import PARAMETERS, EllipseShape, SilhouetteFit
-from wentry_cli.contours.refine import ARC, BLUR, GATED, RESIDUAL, refine_shape
+from wentry_cli.contours.refine import BLUR, RESIDUAL, STATUS, refine_shape
 from wentry_cli.contours.scan import scan_shape
 from wentry_cli.contours.turning import ANSWER, STEP, UNC
 from wentry_cli.imaging.patch import Patch
@@ -34,10 +35,12 @@ MOST_RESIDUAL_GATED_PX = 0.12
 # Less than a quarter of it is enough where that quarter agrees as only the sphere does.
 FEW_KEPT = 0.85
 MOST_RESIDUAL_FEW_PX = 0.03
+# Where `fit_outline` puts its verdict, blur, arc, gated share and residual, the turn and the `spreads`.
+VERDICT, QUALITY, KNOWN, FOUND = 0, 1, 5, 13
+VERDICTS, POOR = ("", "short_arc", "out_of_frame", "no_edge", "occluded", "poor_fit"), 5.0
 
 
-@dataclass(frozen=True)
-class FitRequest:
+class FitRequest(NamedTuple):
     """What to fit and from which part of the outline; ``tilt_unc_deg`` is how well a tilt that is held is known."""
 
     free: tuple[str, ...]
@@ -78,28 +81,42 @@ def assemble_fit(
 
     ``turn`` is the step to the tilt that the outline asks for, and its uncertainty, rad.
     """
-    unc = [math.sqrt(variance) if variance > 0.0 else math.nan for variance in covariance.diagonal().tolist()]
+    spread = spreads(shape.radius, shape.stretch, math.radians(shape.tilt_deg), covariance).tolist()
+    return _gathered(shape, covariance, (quality["blur"], quality["arc"], quality["gated"], quality["residual"]),
+                     status, (*turn, *spread))  # fmt: skip
+
+
+def _gathered(
+    shape: EllipseShape,
+    covariance: NDArray[np.float64],
+    quality: Sequence[float],
+    status: str,
+    known: Sequence[float],
+) -> SilhouetteFit:
+    """``quality`` is blur, arc, gated share and residual; ``known`` the turn and behind it the ``spreads``."""
+    blur, arc, gated, residual = quality
+    step, step_unc, x_unc, y_unc, radius_unc, stretch_unc, tilt_unc, bottom_unc = known
     return SilhouetteFit(
         center_x_px=shape.x,
         center_y_px=shape.y,
         radius_px=shape.radius,
         stretch=shape.stretch,
         tilt_deg=shape.tilt_deg,
-        center_x_unc_px=unc[0],
-        center_y_unc_px=unc[1],
-        radius_unc_px=unc[2],
-        stretch_unc=unc[3],
-        tilt_unc_deg=math.degrees(unc[4]),
+        center_x_unc_px=x_unc,
+        center_y_unc_px=y_unc,
+        radius_unc_px=radius_unc,
+        stretch_unc=stretch_unc,
+        tilt_unc_deg=math.degrees(tilt_unc),
         bottom_y_px=shape.bottom_y,
-        bottom_y_unc_px=bottom_unc(shape, covariance),
+        bottom_y_unc_px=bottom_unc,
         covariance=covariance,
-        blur_px=quality["blur"],
-        arc_fraction=quality["arc"],
-        gated_fraction=quality["gated"],
-        residual_rms_px=quality["residual"],
+        blur_px=blur,
+        arc_fraction=arc,
+        gated_fraction=gated,
+        residual_rms_px=residual,
         status=status,
-        seen_tilt_deg=shape.tilt_deg + math.degrees(turn[0]),
-        seen_tilt_unc_deg=math.degrees(turn[1]),
+        seen_tilt_deg=shape.tilt_deg + math.degrees(step),
+        seen_tilt_unc_deg=math.degrees(step_unc),
     )
 
 
@@ -134,6 +151,16 @@ def bottom_spread(radius: float, stretch: float, tilt: float, covariance: NDArra
     return math.sqrt(variance) if variance > 0.0 else variance * 0.0
 
 
+@compiled
+def spreads(radius: float, stretch: float, tilt: float, covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Standard uncertainties of the five parameters, NaN of those that were held, and that of the lowest row (6,)."""
+    found = np.empty(6)
+    for i in range(5):
+        found[i] = math.sqrt(covariance[i, i]) if covariance[i, i] > 0.0 else math.nan
+    found[5] = bottom_spread(radius, stretch, tilt, covariance)
+    return found
+
+
 @cache
 def indices_of(free: tuple[str, ...]) -> NDArray[np.int64]:
     """Where the free parameters stand in PARAMETERS; read only."""
@@ -158,6 +185,47 @@ def whole_covariance(
     return covariance
 
 
+@compiled
+def scan_verdict(report: NDArray[np.float64], least: float) -> float:
+    """Which of ``VERDICTS`` a scan deserves; ``least`` is the share of the perimeter that it must see."""
+    if report[1] < least:
+        return 1.0 if report[5] < least else 2.0
+    return 2.0 + report[0] if report[0] > 0.0 else 0.0
+
+
+@compiled
+def fit_outline(
+    values: NDArray[np.float32], vector: NDArray[np.float64], free: NDArray[np.int64], request: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Scan and, at the level "accurate", refine a shape, which is moved in place (patch pixels, tilt in radians).
+
+    ``request`` holds the top row, the motion (x, y), the ceiling, 1 where outliers lie outside only, 1 to refine, the
+    noise, the share of the perimeter to be seen and the uncertainty of a tilt that is held. Returns the numbers of the
+    fit (``VERDICT`` and on) and the covariance of all parameters.
+    """
+    found = np.full(FOUND, math.nan)
+    refines = request[5] > 0.0
+    scans = 2.0 if refines else 3.0
+    search = np.array([SEARCH_PX, request[4], RAYS, SCAN_VARIANCE, scans, request[1], request[2]])
+    covariance, scan, turn = scan_shape(values, vector, free, request[0], search, request[6])
+    found[QUALITY + 1 : KNOWN] = scan[1:4]
+    found[VERDICT] = scan_verdict(scan, request[7])
+    if found[VERDICT] == 0.0 and refines:
+        covariance, fine, turn = refine_shape(values, vector, free, request[:5])
+        if fine[STATUS] == 0.0:
+            found[QUALITY:KNOWN] = fine[BLUR : RESIDUAL + 1]
+        else:
+            found[VERDICT] = POOR
+    if found[VERDICT] > 0.0:
+        return found, np.full((5, 5), math.nan)
+    whole = whole_covariance(covariance, free, turn, request[8])
+    if not math.isfinite(whole.sum()):
+        found[VERDICT] = POOR
+    found[KNOWN], found[KNOWN + 1] = turn[STEP], turn[UNC]
+    found[KNOWN + 2 :] = spreads(vector[2], vector[3], vector[4], whole)
+    return found, whole
+
+
 def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> SilhouetteFit:
     """Fit the free parameters of the ellipse of revolution; raises ValueError on an unknown level."""
     if request.level not in LEVELS:
@@ -166,49 +234,35 @@ def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> Silhoue
     vector = guess.vector(patch.x0, patch.y0, request.departure)
     free = indices_of(request.free)
     top = request.top_y_px - patch.y0
-    scans = 3.0 if request.level == "fast" else 2.0
-    search = np.array([SEARCH_PX, float(request.one_sided), RAYS, SCAN_VARIANCE, scans, *request.motion_px])
-    scanned, report, turn = scan_shape(values, vector, free, top, search, patch.noise_floor)
-    arc, gated = float(report[1]), float(report[2])
-    if status := scan_status(report, request):
+    least = LEAST_ARC_FREE_SIZE if "R" in request.free else LEAST_ARC
+    numbers = np.array([
+        top, *request.motion_px, patch.ceiling, request.one_sided, request.level == "accurate", patch.noise_floor,
+        least, math.radians(request.tilt_unc_deg),
+    ], np.float64)  # fmt: skip
+    outline, covariance = fit_outline(values, vector, free, numbers)
+    found = outline.tolist()
+    quality, known = found[QUALITY:KNOWN], found[KNOWN:]
+    if status := VERDICTS[int(found[VERDICT])]:
         lost = status == "no_edge" and np.mean(~(values < patch.ceiling)) > MOST_CLIPPED
-        return unmeasured(arc, gated, "saturated" if lost else status)
-    quality = {"blur": math.nan, "arc": arc, "gated": gated, "residual": float(report[3])}
-    if request.level == "accurate":
-        settings = np.array([top, *request.motion_px, patch.ceiling, float(request.one_sided)])
-        scanned, report, turn = refine_shape(values, vector, free, settings)
-        quality = {"blur": report[BLUR], "arc": report[ARC], "gated": report[GATED], "residual": report[RESIDUAL]}
-        if report[0]:
-            return unmeasured(arc, gated, "poor_fit")
-    if is_clipped(patch):
-        scanned = scanned + shift_covariance(vector, free, top)
+        return unmeasured(quality[1], quality[2], "saturated" if lost else status)
     x, y, radius, stretch, tilt = vector[:5].tolist()
     shape = EllipseShape(x + patch.x0, y + patch.y0, radius, stretch, math.degrees(tilt))
-    status = fit_status(scanned, quality, request)
-    covariance = whole_covariance(scanned, free, turn, math.radians(request.tilt_unc_deg))
-    known = (0.0, math.sqrt(covariance[4, 4])) if "tilt" in request.free else (turn[STEP], turn[UNC])
-    return assemble_fit(shape, covariance, quality, status, known)
+    if is_clipped(patch):
+        covariance[np.ix_(free, free)] += shift_covariance(vector, free, top)
+        known[2:] = spreads(radius, stretch, tilt, covariance).tolist()
+    if "tilt" in request.free:
+        known[:2] = 0.0, known[6]
+    _, _, gated, residual = quality
+    return _gathered(shape, covariance, quality, fit_status(gated, residual, request), known)
 
 
-def scan_status(report: NDArray[np.float64], request: FitRequest) -> str:
-    """The word for a scan that cannot be trusted, empty where it can."""
-    least = LEAST_ARC_FREE_SIZE if "R" in request.free else LEAST_ARC
-    if report[1] < least:
-        return "short_arc" if report[5] < least else "out_of_frame"
-    if report[0] == 1.0:
-        return "no_edge"
-    if report[0] == 2.0:
-        return "occluded"
-    return ""
-
-
-def fit_status(covariance: NDArray[np.float64], quality: dict[str, float], request: FitRequest) -> str:
+def fit_status(gated: float, residual: float, request: FitRequest) -> str:
     """``ok`` only where the outline agrees with itself."""
-    if not math.isfinite(covariance.sum()) or quality["residual"] > MOST_RESIDUAL_PX:
+    if residual > MOST_RESIDUAL_PX:
         return "poor_fit"
-    if quality["gated"] > HALF_GATED and quality["residual"] > MOST_RESIDUAL_GATED_PX:
+    if gated > HALF_GATED and residual > MOST_RESIDUAL_GATED_PX:
         return "occluded"
-    if quality["gated"] <= (MOST_GATED_ONE_SIDED if request.one_sided else MOST_GATED):
+    if gated <= (MOST_GATED_ONE_SIDED if request.one_sided else MOST_GATED):
         return "ok"
-    agrees = not request.one_sided and quality["residual"] < MOST_RESIDUAL_FEW_PX and quality["gated"] < FEW_KEPT
+    agrees = not request.one_sided and residual < MOST_RESIDUAL_FEW_PX and gated < FEW_KEPT
     return "ok" if agrees else "occluded"

@@ -93,7 +93,7 @@ def checked_region(region: Region | None, info: RecordingInfo) -> Region:
     """Return ``region`` in plain ints, the whole frame for None; ValueError where it is empty or leaves the frame."""
     if region is None:
         return (0, 0, info.width, info.height)
-    x0, y0, x1, y1 = (int(edge) for edge in region)
+    x0, y0, x1, y1 = map(int, region)
     if not (0 <= x0 < x1 <= info.width and 0 <= y0 < y1 <= info.height):
         raise ValueError(f"region {region} is empty or not within {info.width} x {info.height} pixels")
     return (x0, y0, x1, y1)

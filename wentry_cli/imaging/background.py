@@ -14,6 +14,7 @@ from wentry_cli.compiled import compiled
 from wentry_cli.imaging.detection import Candidate, find_spheres, shrink
 from wentry_cli.imaging.ground import clean_level, fill_holes, relative_noise
 from wentry_cli.imaging.late_ground import false_ground
+from wentry_cli.imaging.order_statistics import linear_quantile
 from wentry_cli.imaging.patch import Patch
 
 DARKEST_GROUND = 0.12
@@ -74,10 +75,8 @@ def build_background(
     if polarity == "bright":
         return _bright_background(samples, np.asarray(full_scale - level, np.float32), full_scale)
     clipped = level >= 0.995 * full_scale
-    gain = np.full(level.shape, np.nan, np.float32)
-    np.divide(np.float32(1.0), level, out=gain, where=_usable(level))
     ceiling = 0.995 if np.mean(clipped) > 0.01 else float("inf")
-    return Background(level, gain, noise, ceiling, full_scale, 0.0)
+    return Background(level, _gain(level), noise, ceiling, full_scale, 0.0)
 
 
 def _level_without_spheres(samples: NDArray[Any], noise: float) -> NDArray[np.float32]:
@@ -103,6 +102,8 @@ def _ghosts(level: NDArray[np.float32], discs: NDArray[np.bool_]) -> NDArray[np.
     """Where spheres have left a ghost in the level, with the blurred edge of the ghost."""
     known = level[::4, ::4][np.isfinite(level[::4, ::4])]
     dark = discs & ~(level > GHOST * (np.percentile(known, 80) if known.size else np.nan))
+    if not dark.any():
+        return dark
     wide = cv2.dilate(dark.astype(np.uint8), np.ones((2 * GHOST_EDGE_PX + 1,) * 2, np.uint8))
     return np.asarray((wide > 0) & discs)
 
@@ -110,8 +111,9 @@ def _ghosts(level: NDArray[np.float32], discs: NDArray[np.bool_]) -> NDArray[np.
 def spheres_in_raw(frame: NDArray[Any]) -> list[Candidate]:
     """Spheres in a frame without flat field: dark against the level of its bright half."""
     coarse, factor = shrink(frame)
-    ground = float(np.percentile(coarse[::2, ::2], 80))
-    return find_spheres(coarse / max(ground, 1.0), factor)
+    light = coarse[::2, ::2].ravel()
+    ground = linear_quantile(light, light.size, 0.8)
+    return find_spheres(coarse / np.float32(max(ground, 1.0)), factor)
 
 
 def coarse_transmission(frame: NDArray[Any], background: Background) -> tuple[NDArray[np.float32], float]:
@@ -123,12 +125,24 @@ def coarse_transmission(frame: NDArray[Any], background: Background) -> tuple[ND
     return np.asarray(coarse / np.maximum(level, 1.0), np.float32), factor
 
 
-def _usable(level: NDArray[np.float32]) -> NDArray[np.bool_]:
-    bright = float(np.percentile(level[::4, ::4], 90))
-    smooth = np.asarray(cv2.medianBlur(level, 3), np.float32)
-    hot = np.abs(level - smooth) > HOT_PIXEL * smooth
-    usable: NDArray[np.bool_] = (level > DARKEST_GROUND * bright) & ~hot
-    return usable
+def _gain(level: NDArray[np.float32]) -> NDArray[np.float32]:
+    """What turns a grey level into transmission, NaN where a pixel is hot or the scene too dark to divide by."""
+    dark = np.float32(DARKEST_GROUND * float(np.percentile(level[::4, ::4], 90)))
+    gain = np.empty_like(level)
+    _invert(level, np.asarray(cv2.medianBlur(level, 3), np.float32), dark, gain)
+    return gain
+
+
+@compiled
+def _invert(
+    level: NDArray[np.float32], smooth: NDArray[np.float32], dark: np.float32, gain: NDArray[np.float32]
+) -> None:
+    for row in range(level.shape[0]):
+        source, around, target = level[row, :], smooth[row, :], gain[row, :]
+        for column in range(source.size):
+            value, usual = source[column], around[column]
+            usable = value > dark and not abs(value - usual) > np.float32(HOT_PIXEL) * usual
+            target[column] = np.float32(1.0) / value if usable else np.float32(np.nan)
 
 
 def _bright_background(samples: NDArray[Any], level: NDArray[np.float32], full_scale: float) -> Background:

@@ -84,7 +84,8 @@ def _deepest_first(dip: NDArray[np.float32], limits: tuple[int, int], x_px: floa
     """The dips between two rows, one after the other; what is no line across the picture has no edge."""
     top, bottom = limits
     strips = np.array_split(np.arange(dip.shape[1]), BLOCKS)
-    profiles = np.array([np.mean(dip[:, strip], axis=1) for strip in strips])
+    across = cv2.transpose(dip)  # so that a strip is a block of memory
+    profiles = np.array([np.mean(across[strip[0] : strip[-1] + 1], axis=0) for strip in strips])
     middle = np.array([float(strip.mean()) for strip in strips])
     common = np.median(profiles, axis=0)
     common[:top] = 0.0
@@ -164,7 +165,8 @@ def _dip(level: NDArray[np.float32]) -> NDArray[np.float32]:
     kernel = np.ones((WIDEST_BAND, 1), np.uint8)
     closed = cv2.morphologyEx(smooth, cv2.MORPH_CLOSE, kernel)
     closed = cv2.blur(closed, (SMOOTHED_PX, SMOOTHED_PX))
-    return np.asarray(1.0 - smooth / np.maximum(closed, 1e-3), np.float32)
+    ratio = np.divide(smooth, np.maximum(closed, 1e-3, out=closed), out=closed)
+    return np.asarray(np.subtract(1.0, ratio, out=ratio), np.float32)
 
 
 def _extent(profile: NDArray[np.float32], peak: int, bound: float) -> tuple[int, int]:

@@ -58,12 +58,29 @@ def _coarse(samples: NDArray[Any]) -> NDArray[np.float32]:
 
 
 def block_means(image: NDArray[Any]) -> NDArray[np.float32]:
-    """Means over blocks of ``BLOCK_PX`` each way; those at the end may reach beyond the image."""
+    """Means over blocks of ``BLOCK_PX`` each way, of grey levels whole ones; those at the end may reach beyond."""
     rows, columns = image.shape
-    size = (-(-columns // BLOCK_PX), -(-rows // BLOCK_PX))
-    beyond = size[1] * BLOCK_PX - rows, size[0] * BLOCK_PX - columns
+    means = np.empty((-(-rows // BLOCK_PX), -(-columns // BLOCK_PX)), np.float32)
+    beyond = means.shape[0] * BLOCK_PX - rows, means.shape[1] * BLOCK_PX - columns
     whole = cv2.copyMakeBorder(image, 0, beyond[0], 0, beyond[1], cv2.BORDER_REPLICATE) if any(beyond) else image
-    return np.asarray(cv2.resize(whole, size, interpolation=cv2.INTER_AREA), np.float32)
+    _block_means(np.ascontiguousarray(whole), means)
+    return np.rint(means, out=means) if image.dtype.kind == "u" else means
+
+
+@compiled
+def _block_means(image: NDArray[Any], means: NDArray[np.float32]) -> None:
+    for row in range(means.shape[0]):
+        target = means[row, :]
+        target[:] = 0.0
+        for line in range(BLOCK_PX * row, BLOCK_PX * row + BLOCK_PX):
+            source = image[line, :]
+            for column in range(target.size):
+                block = np.float32(0.0)
+                for near in range(BLOCK_PX):
+                    block += np.float32(source[BLOCK_PX * column + near])
+                target[column] += block
+        for column in range(target.size):
+            target[column] *= np.float32(1.0 / BLOCK_PX**2)
 
 
 def flicker(coarse: NDArray[np.float32]) -> NDArray[np.float32]:

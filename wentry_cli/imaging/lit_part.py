@@ -20,9 +20,7 @@ def lit_part(level: NDArray[Any]) -> tuple[slice, slice]:
     if not bound > 0.0:
         return slice(0, level.shape[0]), slice(0, level.shape[1])
     # black to its full length: a sphere or a bar at the edge leaves light beside it
-    rows = _from_first_to_last(np.percentile(level[:, ::4], 90, axis=1) > bound)
-    columns = _from_first_to_last(np.percentile(level[::4], 90, axis=0) > bound)
-    return rows, columns
+    return _lit_lines(level[:, ::4], bound), _lit_lines(level[::4].T, bound)
 
 
 def within_blur(part: slice, length: int) -> slice:
@@ -32,6 +30,10 @@ def within_blur(part: slice, length: int) -> slice:
     return slice(first, max(first, last))
 
 
-def _from_first_to_last(lit: NDArray[np.bool_]) -> slice:
-    at = np.flatnonzero(lit)
-    return slice(int(at[0]), int(at[-1]) + 1) if at.size else slice(0, lit.size)
+def _lit_lines(lines: NDArray[Any], bound: float) -> slice:
+    """From the first row of ``lines`` with light to the last; all of them where none has any."""
+    first, dark = (
+        next((count for count, line in enumerate(some) if np.percentile(line, 90) > bound), len(lines))
+        for some in (lines, lines[::-1])
+    )
+    return slice(first, len(lines) - dark) if first < len(lines) else slice(0, len(lines))

@@ -13,7 +13,8 @@ from wentry_cli.compiled import compiled
 Floats = NDArray[np.float64]
 Singles = NDArray[np.floating[Any]]
 
-BINS, FEW, VERY_FEW = 1024, 512, 24
+# So few are put in order at once; of a sample; and how many places apart in it a rank may lie from where it should.
+VERY_FEW, FEW, AWAY = 24, 512, 40
 
 
 @compiled
@@ -71,17 +72,7 @@ def median_of(values: Floats, count: int) -> float:
 
 
 @compiled
-def _bin_of(counts: NDArray[np.int64], rank: int) -> tuple[int, int]:
-    """The bin in which the entry of ``rank`` lies, and how many entries lie in the bins before it."""
-    before, index = 0, 0
-    while before + counts[index] <= rank:
-        before += counts[index]
-        index += 1
-    return index, before
-
-
-@compiled
-def linear_quantile(values: Floats, count: int, share: float) -> float:
+def linear_quantile(values: Singles, count: int, share: float) -> float:
     """The quantile of the first ``count`` of many entries, between two of them where it falls there; NaN where none."""
     if count == 0:
         return math.nan
@@ -94,27 +85,27 @@ def linear_quantile(values: Floats, count: int, share: float) -> float:
 def rank_and_next(values: Singles, count: int, rank: int) -> tuple[float, float]:
     """The value of ``rank`` among the first ``count`` of many entries, and the next greater one.
 
-    They are counted in bins first, and again those of one or two bins, until few are left to be put in order.
+    A sample of them tells two values between which it nearly always lies (Floyd and Rivest 1975), and only what lies
+    between these is looked at again, until few are left to be put in order.
     """
-    part, following = values[:count].copy(), min(rank + 1, count - 1)
-    counts = np.empty(BINS, np.int64)
-    while count > FEW:
-        low, high = part[0], part[0]
-        for n in range(count):
-            low, high = min(low, part[n]), max(high, part[n])
-        scale = (BINS - 1) / (high - low) if high > low else 0.0
-        counts[:] = 0
-        for n in range(count):
-            counts[int((part[n] - low) * scale)] += 1
-        first, before = _bin_of(counts, rank)
-        last, _ = _bin_of(counts, following)
-        kept = 0
-        for n in range(count):
-            if first <= int((part[n] - low) * scale) <= last:
-                part[kept] = part[n]
-                kept += 1
-        rank, following = rank - before, following - before
-        if kept == count:
+    part, sample = values[:count].copy(), np.empty(FEW, values.dtype)
+    left, first = count, rank
+    while left > FEW:
+        for n in range(FEW):
+            sample[n] = part[n * left // FEW]
+        place = first * FEW // left
+        low = select(sample, FEW, place - AWAY) if place >= AWAY else -math.inf
+        high = select(sample, FEW, place + AWAY) if place + AWAY < FEW else math.inf
+        before, kept = 0, 0
+        for n in range(left):
+            value = part[n]
+            before += 1 if value < low else 0
+            part[kept] = value
+            kept += 1 if low <= value <= high else 0
+        first = first - before
+        if first < 0 or min(first + 1, left - before - 1) >= kept:
+            return select(values, count, rank), select(values, count, min(rank + 1, count - 1))
+        if kept == left:
             break
-        count = kept
-    return select(part, count, rank), select(part, count, following)
+        left = kept
+    return select(part, left, first), select(part, left, min(first + 1, left - 1))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from wentry_cli.tracking.sighting import Sighting
 from wentry_cli.tracking.wet_radius import LARGEST_GATE
@@ -27,7 +26,7 @@ def without_unconfirmed(sightings: Sequence[Sighting]) -> list[Sighting]:
         for index in group:
             fit = kept[index].fit
             if fit is not None and fit.gated_fraction > LARGEST_GATE:
-                kept[index] = replace(kept[index], status="poor_fit")
+                kept[index] = kept[index]._replace(status="poor_fit")
     return kept
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.errors import FrameUnreadableError
@@ -125,7 +125,7 @@ def _step(
     look = plan(index, expected, path.velocity())
     if isinstance(look, str):
         return Sighting(index, look)
-    guess = expected if look.tilt_deg is None else replace(expected, tilt_deg=look.tilt_deg)
+    guess = expected if look.tilt_deg is None else expected._replace(tilt_deg=look.tilt_deg)
     first = sight(frames, index, ground, guess, look)
     if first.ok or first.status in UNREADABLE or look.outline == "circle":
         return first
@@ -146,15 +146,15 @@ def _look_again(
     if isinstance(look, str):
         return None
     if look.tilt_deg is not None:
-        guess = replace(guess, tilt_deg=look.tilt_deg)
+        guess = guess._replace(tilt_deg=look.tilt_deg)
     sighting = sight(frames, index, ground, guess, look)
     return sighting if sighting.ok else None
 
 
 def _squeezed(shape: EllipseShape, factor: float) -> EllipseShape:
     """The shape with its stretch times ``factor`` and the same lowest point."""
-    other = replace(shape, stretch=shape.stretch * factor)
-    return replace(other, y=other.y + shape.bottom_y - other.bottom_y)
+    other = shape._replace(stretch=shape.stretch * factor)
+    return other._replace(y=other.y + shape.bottom_y - other.bottom_y)
 
 
 def _at_visible_bottom(

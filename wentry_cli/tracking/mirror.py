@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -56,7 +56,7 @@ def find_mirror(
     for item in used:
         assert item.fit is not None
         shape = item.fit.shape
-        guess = replace(shape, y=2.0 * surface_px - shape.y, stretch=1.0)
+        guess = shape._replace(y=2.0 * surface_px - shape.y, stretch=1.0)
         left, top, right, low = box_around(guess, margin_of(guess.radius) + band_px)
         ceiling = surface_px + band_px
         if low > frames.shape[0] or guess.y < ceiling:

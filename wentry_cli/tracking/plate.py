@@ -95,6 +95,6 @@ def _above_plate(frames: Frames, scene: PlateScene, tilt: Tilt) -> Plan:
         if isinstance(planned, str):
             return planned
         flying = guess.bottom_y < scene.plate_px - CLEARANCE
-        return replace(planned, bottom=flying, tilt_deg=tilt.value, tilt_unc_deg=tilt.unc)
+        return planned._replace(bottom=flying, tilt_deg=tilt.value, tilt_unc_deg=tilt.unc)
 
     return look

@@ -38,10 +38,9 @@ class Path:
 
     def add(self, frame: int, shape: EllipseShape) -> None:
         """Remember the shape of one frame, the newest three are kept."""
-        kept = [(at, seen) for at, seen in zip(self.frames, self.shapes, strict=True) if at != frame]
-        kept = [*kept, (frame, shape)][-3:]
-        self.frames = [at for at, _ in kept]
-        self.shapes = [seen for _, seen in kept]
+        others = [index for index, at in enumerate(self.frames) if at != frame][-2:]
+        self.frames = [*(self.frames[index] for index in others), frame]
+        self.shapes = [*(self.shapes[index] for index in others), shape]
 
     def turned(self) -> Path:
         """The same path, to be followed in the other direction."""
@@ -69,16 +68,17 @@ class Path:
         use = 3 if len(self.frames) == 3 and span <= LONGEST_CURVED_STEP else 2
         if span > 2 * LONGEST_CURVED_STEP:
             use = 2
-        seen = list(zip(lagrange_weights(self.frames[-use:], frame), self.shapes[-use:], strict=True))
-        x = sum(weight * item.x for weight, item in seen)
-        bottom = sum(weight * item.bottom_y for weight, item in seen)
-        across = sum(weight * item.semi_across for weight, item in seen)
+        x = centre = bottom = across = 0.0
+        for weight, item in zip(lagrange_weights(self.frames[-use:], frame), self.shapes[-use:], strict=True):
+            x += weight * item.x
+            centre += weight * item.y
+            bottom += weight * item.bottom_y
+            across += weight * item.semi_across
         stretch = last.stretch if span > LONGEST_CURVED_STEP else across / self.radius
         if self.stiff:
             stretch = 1.0
         stretch = min(max(stretch, STRETCH_LIMITS[0]), STRETCH_LIMITS[1])
         if span > LONGEST_CURVED_STEP:
-            centre = sum(weight * item.y for weight, item in seen)
             return EllipseShape(x, centre, self.radius, stretch, last.tilt_deg)
         above = EllipseShape(x, 0.0, self.radius, stretch, last.tilt_deg).bottom_y
         return EllipseShape(x, bottom - above, self.radius, stretch, last.tilt_deg)

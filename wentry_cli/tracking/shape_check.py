@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 from wentry_cli.contours.departure import NONE, Departure, Shape, extremes, measure_departure, pool_departures
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.imaging.background import Background
+from wentry_cli.imaging.patch import Patch
 from wentry_cli.tracking.flight import margin_of
 from wentry_cli.tracking.prediction import box_around
 from wentry_cli.tracking.scale import PooledRadius
-from wentry_cli.tracking.sighting import Look, Sighting, sight
+from wentry_cli.tracking.sighting import Look, Sighting, examine, read_steadied
 from wentry_cli.tracking.source import Frames, read_patch
 
 Row = tuple[float, float, float, float, float, float]  # three differences and their standard uncertainties
@@ -89,7 +90,7 @@ def learn_departure(frames: Frames, ground: Background, dry: Sequence[Sighting])
     for index in np.unique(np.linspace(0, len(whole) - 1, MOST_LEARNT).astype(int)):
         fit = whole[index].fit
         assert fit is not None
-        patch = read_patch(frames, whole[index].frame, ground, box_around(fit.shape, margin_of(fit.radius_px)))
+        patch = read_patch(frames, whole[index].frame, ground, _box(fit.shape))
         if not isinstance(patch, str):
             found.append(measure_departure(patch, fit))
     assert whole[0].fit is not None
@@ -119,9 +120,9 @@ def check_shape(
         return _by_the_waves(shape, whole[0].fit.radius_px if whole and whole[0].fit is not None else 0.0)
     chosen = [whole[round(index)] for index in np.linspace(0, len(whole) - 1, min(len(whole), MOST_FRAMES))]
     line = float(np.median(lines))
-    known = Partial(frames, ground, level, departure)
-    seen, error = _significant([known.compare(item, line) for item in chosen])
-    short, _ = _significant([known.held_stretch(item, SHORT_LINE) for item in chosen])
+    spheres = [sphere for item in chosen if (sphere := _read_sphere(frames, ground, item, level)) is not None]
+    seen, error = _significant([sphere.compare(line, departure) for sphere in spheres])
+    short, _ = _significant([sphere.held_stretch(SHORT_LINE, departure) for sphere in spheres])
     doubt = math.hypot(float(error[0]), LEFT_OVER * float(seen[0])) if seen[0] else 0.0
     assert whole[0].fit is not None
     left = ShapeCheck(
@@ -134,10 +135,9 @@ def check_shape(
     )
     if not departure:
         return left
-    plain = Partial(frames, ground, level, NONE)
-    explained, _ = _significant([plain.compare(item, line) for item in chosen])
-    short, _ = _significant([plain.held_stretch(item, SHORT_LINE) for item in chosen])
-    carried = _carried(wet, [plain.held_residual(item, line) for item in chosen])
+    explained, _ = _significant([sphere.compare(line, NONE) for sphere in spheres])
+    short, _ = _significant([sphere.held_stretch(SHORT_LINE, NONE) for sphere in spheres])
+    carried = _carried(wet, [sphere.held_residual(line) for sphere in spheres])
     meaning = MEANING * (extremes(EllipseShape(0.0, 0.0, 1.0), departure)[0] - 1.0)
     return replace(
         left,
@@ -186,50 +186,54 @@ def _significant(rows: Sequence[Row | None]) -> tuple[NDArray[np.float64], NDArr
 
 @dataclass(frozen=True)
 class Partial:
-    """Fits of spheres in air over a part of their outline."""
+    """A sphere in air, to be fitted over a part of its outline; ``shape`` is the circle that its whole outline told."""
 
-    frames: Frames
-    ground: Background
+    frame: int
+    patch: Patch
+    shape: EllipseShape
     level: str
-    departure: Departure
 
-    def held_stretch(self, item: Sighting, line: float) -> Row | None:
+    def held_stretch(self, line: float, departure: Departure) -> Row | None:
         """The stretch, less one, with the radius held to that of the whole outline, as the middle of a row."""
-        held = self._sight(item, line)
+        held = self._fit(line, departure)
         if not held.ok or held.fit is None:
             return None
         return 0.0, held.fit.stretch - 1.0, 0.0, 0.0, held.fit.stretch_unc, 0.0
 
-    def held_residual(self, item: Sighting, line: float) -> float:
-        """Residual, px, with the radius held."""
-        held = self._sight(item, line, bottom=False)
+    def held_residual(self, line: float) -> float:
+        """Residual, px, with the radius held, about an ellipse."""
+        held = self._fit(line, NONE)
         return held.fit.residual_rms_px if held.ok and held.fit is not None else math.nan
 
-    def compare(self, item: Sighting, line: float) -> Row | None:
+    def compare(self, line: float, departure: Departure) -> Row | None:
         """Errors of radius (relative, free), of stretch and of the lowest row (px; radius held)."""
-        free, held = self._sight(item, line, free="x y R stretch", bottom=False), self._sight(item, line)
-        if item.fit is None or free.fit is None or held.fit is None or not (free.ok and held.ok):
+        free, held = self._fit(line, departure, free="x y R stretch"), self._fit(line, departure, bottom=True)
+        if free.fit is None or held.fit is None or not (free.ok and held.ok):
             return None
         local = held.bottom
         seen = local is not None and local.status == "ok"
         bottom = held.outline[1] - local.y_px if seen and local is not None else 0.0
         bottom_unc = math.hypot(held.fit.bottom_y_unc_px, local.y_unc_px) if seen and local is not None else 0.0
-        radius = item.fit.radius_px
+        radius = self.shape.radius
         values = free.fit.radius_px / radius - 1.0, held.fit.stretch - 1.0, bottom
         return *values, free.fit.radius_unc_px / radius, held.fit.stretch_unc, bottom_unc
 
-    def _sight(self, item: Sighting, line: float, *, free: str = "x y stretch", bottom: bool = True) -> Sighting:
-        assert item.fit is not None
-        shape = EllipseShape(item.fit.center_x_px, item.fit.center_y_px, item.fit.radius_px)
-        look = Look(
-            box_around(shape, margin_of(shape.radius)),
-            free,
-            shape.y + line * shape.radius,
-            level=self.level,
-            bottom=bottom,
-            departure=self.departure,
-        )
-        return sight(self.frames, item.frame, self.ground, shape, look)
+    def _fit(self, line: float, departure: Departure, *, free: str = "x y stretch", bottom: bool = False) -> Sighting:
+        top = self.shape.y + line * self.shape.radius
+        look = Look(_box(self.shape), free, top, level=self.level, bottom=bottom, departure=departure)
+        return examine(self.patch, self.frame, self.shape, look)
+
+
+def _box(shape: EllipseShape) -> tuple[float, float, float, float]:
+    return box_around(shape, margin_of(shape.radius))
+
+
+def _read_sphere(frames: Frames, ground: Background, item: Sighting, level: str) -> Partial | None:
+    """The sphere of a sighting in air, read once for all its fits; None where that fails."""
+    assert item.fit is not None
+    shape = EllipseShape(item.fit.center_x_px, item.fit.center_y_px, item.fit.radius_px)
+    patch = read_steadied(frames, item.frame, ground, shape, _box(shape))
+    return None if isinstance(patch, str) else Partial(item.frame, patch, shape, level)
 
 
 def corrected_radius(water: PooledRadius, check: ShapeCheck) -> PooledRadius:

@@ -121,7 +121,7 @@ def _look_again(
         new = (
             item
             if isinstance(look, str)
-            else sight(frames, item.frame, ground, item.fit.shape, replace(look, departure=departure))
+            else sight(frames, item.frame, ground, item.fit.shape, look._replace(departure=departure))
         )
         again.append(new if new.ok else item)
     return again

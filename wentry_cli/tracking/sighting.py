@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +13,9 @@ from wentry_cli.compiled import compiled
 from wentry_cli.contours.circle import Circle, fit_circle
 from wentry_cli.contours.departure import NONE, Departure, extremes
 from wentry_cli.contours.ellipse import EllipseShape, SilhouetteFit
-from wentry_cli.contours.fitting import bottom_unc
+from wentry_cli.contours.fitting import FitRequest, bottom_unc, fit_shape, parse_free
 from wentry_cli.contours.local_bottom import BottomFit, fit_local_bottom
 from wentry_cli.contours.separation import SeparationFit, find_separation
-from wentry_cli.contours.silhouette import fit_silhouette
 from wentry_cli.imaging.background import Background, steadied
 from wentry_cli.imaging.order_statistics import median_of
 from wentry_cli.imaging.patch import Patch
@@ -36,8 +36,7 @@ FURTHER_PX = (1.5, 1.0)
 Box = tuple[float, float, float, float]
 
 
-@dataclass(frozen=True)
-class Look:
+class Look(NamedTuple):
     """How one frame is to be looked at.
 
     ``box`` is what is read (left, top, right, bottom), ``free`` the parameters to fit, ``top_y_px`` the row above
@@ -65,8 +64,7 @@ class Look:
     beside_band: bool = False
 
 
-@dataclass(frozen=True)
-class Sighting:
+class Sighting(NamedTuple):
     """What one frame showed.
 
     ``fit`` is None where nothing could be fitted, ``status`` is that of the whole row; ``free_fit`` is
@@ -109,56 +107,75 @@ class Sighting:
 
 def sight(frames: Frames, index: int, ground: Background, guess: EllipseShape, look: Look) -> Sighting:
     """Measure one frame as ``look`` says, starting from ``guess``."""
-    patch = read_patch(frames, index, ground, look.box)
+    patch = read_steadied(frames, index, ground, guess, look.box)
     if isinstance(patch, str):
         return Sighting(index, patch)
-    steady = steadied(patch, (guess.x, guess.y, guess.semi_across, guess.semi_along))
-    seen = examine(steady, index, guess, look)
+    seen = examine(patch, index, guess, look)
     if seen.status == "out_of_frame" and guess.bottom_y < frames.shape[0] - 1:
-        return replace(seen, status="short_arc")
+        return seen._replace(status="short_arc")
     return seen
+
+
+def read_steadied(frames: Frames, index: int, ground: Background, shape: EllipseShape, box: Box) -> Patch | str:
+    """The part of a frame inside ``box`` without the flicker of the light; a status word where there is none."""
+    patch = read_patch(frames, index, ground, box)
+    if isinstance(patch, str):
+        return patch
+    return steadied(patch, (shape.x, shape.y, shape.semi_across, shape.semi_along))
 
 
 def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighting:
     """Fit the shape in a patch and, where that went well, its bottom and separation line."""
     if look.outline == "circle":
-        circle = Circle(guess.x, guess.y, guess.radius * guess.stretch)
-        fit = fit_circle(patch, circle, one_sided=look.one_sided, motion_px=look.motion_px, level=look.level)
-    else:
-        fit = _fit_ellipse(patch, guess, look)
+        return _examine_circle(patch, index, Circle(guess.x, guess.y, guess.radius * guess.stretch), look)
+    fit = _fit_ellipse(patch, guess, look)
     if not usable(fit):
         return Sighting(index, fit.status if fit.status != "ok" else "poor_fit", fit)
-    if look.outline == "circle":
-        crowded = ring_share(patch, fit, CLEAR_GROUND_PX) > MOST_CROWDED
-        radius = fit.radius_px
-        inside = level_within(patch.values, fit.center_x_px - patch.x0, fit.center_y_px - patch.y0, radius, radius,
-                              -math.inf)  # fmt: skip
-        return Sighting(
-            index,
-            "occluded" if crowded else "ok",
-            fit,
-            free_fit=fit,
-            circle=True,
-            inside=inside,
-            lightest=lightest_within(patch, fit),
-        )
     if look.beside_band:
         fit = _doubted_beside_band(patch, fit, look)
+    shape = fit.shape
     bottom = fit_local_bottom(patch, fit, motion_px=look.motion_px) if look.bottom else None
-    lowest = extremes(fit.shape, look.departure)[1] if look.departure else fit.bottom_y_px
+    lowest = extremes(shape, look.departure)[1] if look.departure else fit.bottom_y_px
     if bottom is not None and not abs(bottom.y_px - lowest) < LARGEST_OFFSET_PX + LARGEST_MISFIT * fit.radius_px:
-        bottom = replace(bottom, status="poor_fit")
+        bottom = dataclasses.replace(bottom, status="poor_fit")
     separation = find_separation(patch, fit, departure=look.departure) if look.separation else None
-    line = (look.top_y_px - fit.center_y_px) * fit.stretch**2 / fit.radius_px
     free = fit if " R" in look.free else None
     if look.also_free and free is None:
-        free = _fit_ellipse(patch, fit.shape, replace(look, free=_with_size(look.free, fit.stretch)))
+        free = _fit_ellipse(patch, shape, look._replace(free=_with_size(look.free, fit.stretch)))
         free = free if usable(free) else None
-    inside = level_within(patch.values, fit.center_x_px - patch.x0, fit.center_y_px - patch.y0, fit.shape.semi_across,
-                          fit.shape.semi_along, look.top_y_px - patch.y0)  # fmt: skip
     return Sighting(
-        index, "ok", fit, bottom, separation, free_fit=free, line=line, departure=look.departure, inside=inside
+        index,
+        "ok",
+        fit,
+        bottom,
+        separation,
+        free_fit=free,
+        line=(look.top_y_px - shape.y) * shape.stretch**2 / shape.radius,
+        departure=look.departure,
+        inside=_inside(patch, shape, look.top_y_px),
     )
+
+
+def _examine_circle(patch: Patch, index: int, guess: Circle, look: Look) -> Sighting:
+    fit = fit_circle(patch, guess, one_sided=look.one_sided, motion_px=look.motion_px, level=look.level)
+    if not usable(fit):
+        return Sighting(index, fit.status if fit.status != "ok" else "poor_fit", fit)
+    crowded = ring_share(patch, fit, CLEAR_GROUND_PX) > MOST_CROWDED
+    return Sighting(
+        index,
+        "occluded" if crowded else "ok",
+        fit,
+        free_fit=fit,
+        circle=True,
+        inside=_inside(patch, fit.shape, -math.inf),
+        lightest=lightest_within(patch, fit),
+    )
+
+
+def _inside(patch: Patch, shape: EllipseShape, top_y_px: float) -> float:
+    """The transmission just within the lower outline."""
+    x, y, top = shape.x - patch.x0, shape.y - patch.y0, top_y_px - patch.y0
+    return level_within(patch.values, x, y, shape.semi_across, shape.semi_along, top)
 
 
 def _with_size(free: str, stretch: float) -> str:
@@ -168,27 +185,23 @@ def _with_size(free: str, stretch: float) -> str:
 
 
 def _fit_ellipse(patch: Patch, guess: EllipseShape, look: Look) -> SilhouetteFit:
-    return fit_silhouette(
+    free = parse_free(look.free)
+    return fit_shape(
         patch,
         guess,
-        free=look.free,
-        top_y_px=look.top_y_px,
-        motion_px=look.motion_px,
-        level=look.level,
-        departure=look.departure,
-        tilt_unc_deg=look.tilt_unc_deg,
+        FitRequest(free, look.top_y_px, look.motion_px, look.level, False, look.departure, look.tilt_unc_deg),
     )
 
 
 def _doubted_beside_band(patch: Patch, fit: SilhouetteFit, look: Look) -> SilhouetteFit:
     """The fit, doubted by what it changes by when the outline is left out a little further from the surface band."""
-    further = (_fit_ellipse(patch, fit.shape, replace(look, top_y_px=look.top_y_px + away)) for away in FURTHER_PX)
+    further = (_fit_ellipse(patch, fit.shape, look._replace(top_y_px=look.top_y_px + away)) for away in FURTHER_PX)
     change = next((other.shape.vector() - fit.shape.vector() for other in further if usable(other)), None)
     if change is None:
         return fit
     covariance = fit.covariance + np.outer(change, change)
     unc = bottom_unc(fit.shape, covariance)
-    return replace(fit, covariance=covariance, stretch_unc=math.sqrt(covariance[3, 3]), bottom_y_unc_px=unc)
+    return fit._replace(covariance=covariance, stretch_unc=math.sqrt(covariance[3, 3]), bottom_y_unc_px=unc)
 
 
 def ring_share(patch: Patch, fit: SilhouetteFit, distance_px: float) -> float:
@@ -260,12 +273,13 @@ def with_radius(
     covariance loses what came from the radius; for one with fixed radius only the values move. What ``radius_unc`` of
     the pooled radius does to the others is then added.
     """
-    x, y, _, stretch, tilt = (fit.shape.vector() + slope * (radius - fit.radius_px)).tolist()
-    shape = EllipseShape(x, y, radius, stretch, math.degrees(tilt))
+    change = radius - fit.radius_px
+    x, y, _, stretch, tilt = (change * answer for answer in slope.tolist())
+    tilt_deg = math.degrees(math.radians(fit.tilt_deg) + tilt)
+    shape = EllipseShape(fit.center_x_px + x, fit.center_y_px + y, radius, fit.stretch + stretch, tilt_deg)
     covariance = with_radius_held(fit.covariance, slope, radius_unc)
     unc = [math.sqrt(max(variance, 0.0)) for variance in covariance.diagonal().tolist()]
-    return replace(
-        fit,
+    return fit._replace(
         center_x_px=shape.x,
         center_y_px=shape.y,
         radius_px=radius,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -59,4 +58,4 @@ def _judge(frames: Frames, ground: Background, item: Sighting, usual: float) -> 
     if touched > MOST_TOUCHED or pulled > MOST_PULLED or (crowded and fit.residual_rms_px > NEAR_STRAY * usual):
         return Sighting(item.frame, "occluded")
     pull = PULL_PX * max(0.0, pulled - FREE_SHARE)
-    return replace(item, status="ok", fit=replace(fit, radius_unc_px=math.hypot(fit.radius_unc_px, pull)))
+    return item._replace(status="ok", fit=fit._replace(radius_unc_px=math.hypot(fit.radius_unc_px, pull)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from wentry_cli.contours.departure import NONE, Departure
 from wentry_cli.contours.ellipse import EllipseShape
@@ -84,7 +84,7 @@ class WetPlan:
         self.sees_enough = tells_radius(fit)
         self.tilt.hear(sighting)
         if not self.known and sighting.free_fit is not None:
-            self.pilot.append(replace(sighting, wet=True))
+            self.pilot.append(sighting._replace(wet=True))
         line = sighting.separation
         if line is not None and line.status == "ok":
             self.separation = (line.y_px - fit.center_y_px) / (fit.radius_px / fit.stretch**2)
@@ -106,9 +106,10 @@ class WetPlan:
 
     def __call__(self, index: int, guess: EllipseShape, velocity: tuple[float, float]) -> Look | str:
         """Decide on one frame."""
-        if guess.bottom_y < self.scene.ceiling_px + SHALLOWEST * guess.radius:
+        bottom = guess.bottom_y
+        if bottom < self.scene.ceiling_px + SHALLOWEST * guess.radius:
             return "short_arc"
-        if guess.bottom_y > self.frame_shape[0] - 2 or leaves_frame(guess, self.frame_shape):
+        if bottom > self.frame_shape[0] - 2 or leaves_frame(guess, self.frame_shape):
             return "out_of_frame"
         piloting = not self.known and (self.sees_enough or self._deep(guess))
         free = "x y" + (" R" if piloting else "") + (" stretch" if self.scene.deformable else "")

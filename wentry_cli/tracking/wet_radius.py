@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,4 +81,4 @@ def _constrained(item: Sighting, radius: PooledRadius, nearby: NDArray[np.float6
         slope = nearby
     else:
         slope = np.array([0.0, 0.0, 1.0, STRETCH_PER_RADIUS * item.fit.stretch / item.fit.radius_px, 0.0])
-    return replace(item, fit=with_radius(item.fit, radius.value, slope, radius_unc=radius.unc))
+    return item._replace(fit=with_radius(item.fit, radius.value, slope, radius_unc=radius.unc))

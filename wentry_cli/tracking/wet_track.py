@@ -105,7 +105,7 @@ class WetTracker:
 
     def _follow(self, path: Path, order: range, watch: Watch) -> list[Sighting]:
         seen = follow(self.frames, self.ground, path, order, self.plan, watch)
-        return [replace(item, wet=True) for item in seen]
+        return [item._replace(wet=True) for item in seen]
 
     def _believable(self, sighting: Sighting) -> bool:
         """Whether this can be the sphere: no deeper than a fall without water, and as dark within as it was in air.
@@ -173,6 +173,6 @@ class WetTracker:
             plan.learn(item)
         order = [item.frame for item in reversed(seen[:start])]
         again = follow(self.frames, self.ground, path, order, plan, Watch(plan.learn, self._believable))
-        reached = {item.frame: replace(item, wet=True) for item in again}
+        reached = {item.frame: item._replace(wet=True) for item in again}
         early = [reached.get(item.frame, Sighting(item.frame, "poor_fit", wet=True)) for item in seen[:start]]
         return constrain([*early, *seen[start:]], water, wet=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -42,7 +41,7 @@ def without_lost_time(
     in_water = lost_in_water(*_path([item for item in good if item.wet]))
     _tell(drop, in_water, "until then all times after it are too early")
     first = in_air[-1].after if in_air else 0
-    return [replace(item, status="gap") if item.ok and item.frame < first else item for item in sightings]
+    return [item._replace(status="gap") if item.ok and item.frame < first else item for item in sightings]
 
 
 def _path(sightings: Sequence[Sighting]) -> tuple[Array, Array, Array]:

@@ -51,12 +51,14 @@ def frame_status(count: int, sightings: Sequence[Sighting]) -> list[str]:
 
 def fit_columns(count: int, sightings: Sequence[Sighting]) -> dict[str, NDArray[np.float64]]:
     """What the fits say, NaN in frames that failed."""
+    good = [item for item in sightings if item.ok]
+    frames = [item.frame for item in good]
+    found = {name: [getattr(item.fit, attribute) for item in good] for name, attribute in FIT_COLUMNS.items()}
+    outlines = [item.outline for item in good]
+    found["stretch"], found["bottom_y_px"] = [wide for wide, _ in outlines], [low for _, low in outlines]
     columns = {name: np.full(count, np.nan) for name in FIT_COLUMNS}
-    for item in sightings:
-        if item.ok:
-            for name, attribute in FIT_COLUMNS.items():
-                columns[name][item.frame] = getattr(item.fit, attribute)
-            columns["stretch"][item.frame], columns["bottom_y_px"][item.frame] = item.outline
+    for name, values in found.items():
+        columns[name][frames] = values
     return columns
 
 
