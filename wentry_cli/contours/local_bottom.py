@@ -165,6 +165,27 @@ def lowest_place(moved: Floats, depth: float, half_angle: float) -> float:
 
 
 @compiled
+def cut_cap(
+    values: NDArray[np.float32], shape: Floats, ends: tuple[float, float], top: float, margin: float
+) -> tuple[NDArray[np.float32], Floats]:
+    """The part of the patch below row ``top`` that lies about the cap, and the shape in its pixels.
+
+    ``ends`` are the eccentric angles at which the cap ends, ``margin`` is how far beyond them pixels count (px).
+    """
+    a, b = semi_axes(shape)
+    places = np.empty(2)
+    for n in range(2):
+        places[n] = a * math.cos(ends[n]) * math.cos(shape[4]) + b * math.sin(ends[n]) * math.sin(shape[4])
+    left = min(values.shape[1], max(0, math.floor(shape[0] + places.min() - margin)))
+    right = max(left, min(values.shape[1], math.ceil(shape[0] + places.max() + margin) + 1))
+    first = min(values.shape[0], max(0, math.floor(top)))
+    moved = shape.copy()
+    moved[0] -= left
+    moved[1] -= first
+    return values[first:, left:right].copy(), moved
+
+
+@compiled
 def refine_bottom(
     values: NDArray[np.float32], shape: Floats, half_angle: float, settings: Floats, reach: float, masked: bool
 ) -> tuple[float, float, float, float, float]:
@@ -173,8 +194,11 @@ def refine_bottom(
     a, b = semi_axes(shape)
     count, table = quadrant_table(a, b, SECTOR_PX, SECTOR_ANGLE)
     place, lowest, depth = cap_rows(shape, sector_angles(count, table), half_angle)
-    settings[0] = shape[1] + depth * math.cos(half_angle) - 2.0 * (reach + PLATEAU_PX)
-    cap, places = cap_band(gather_band(values, shape, settings, reach, 1.0 if masked else math.nan), place)
+    margin = reach + PLATEAU_PX + math.hypot(settings[1], settings[2]) + SECTOR_PX
+    settings[0] = -math.inf
+    top = shape[1] + depth * math.cos(half_angle) - 1.5 * margin
+    part, there = cut_cap(values, shape, (lowest - half_angle, lowest + half_angle), top, margin)
+    cap, places = cap_band(gather_band(part, there, settings, reach, 1.0 if masked else math.nan), place)
     if share_seen(cap.starts, places) < LEAST_SEEN:
         return nan, nan, nan, nan, OUT_OF_FRAME
     low, high = first_levels(cap.pixels, cap.starts)
