@@ -54,6 +54,9 @@ LEAST_SMEAR_PX2 = 0.1
 # one, between which weight is lost.
 SOFT_START, SOFT_END = 3.0, 5.0
 QUALITY_START, QUALITY_END = 3.0, 5.0
+# What hides more than this share of an outline is dark before bright: in a sector that it only touches the edge seems
+# to lie farther outside, and an edge that does is doubted so many times as much.
+HIDDEN, DARKER_OUTSIDE = 0.15, 1.5
 # Reduced chi squares over the usual one below which a sector tells how far sectors lie off.
 CLEAN = 1.7
 
@@ -193,6 +196,7 @@ def judge(sums: Floats, spread: Floats, radius: float, one_sided: bool, patient:
             clean += 1
     scale = max(1.0, 1.4826 * median_of(ratios, clean))
     tolerance = max(TOLERANCE_PX, TOLERANCE_OF_R * radius)
+    doubt = DARKER_OUTSIDE if clean < (1.0 - HIDDEN) * number else 1.0
     for k in range(sums.shape[0]):
         moved = verdict[k, MOVED]
         if math.isnan(moved):
@@ -200,6 +204,8 @@ def judge(sums: Floats, spread: Floats, radius: float, one_sided: bool, patient:
         z = abs(moved) / math.sqrt(verdict[k, VARIANCE] + tolerance * tolerance)
         gate = HARD_GATE if not one_sided else (0.67 * HARD_GATE if moved > 0.0 else 1.33 * HARD_GATE)
         stands_out = 0.0 if patient else abs(moved) / math.sqrt(verdict[k, VARIANCE]) / scale
+        if moved > 0.0:
+            stands_out *= doubt
         excess = (verdict[k, QUALITY] / max(usual, 1e-12) - 1.0) * math.sqrt(0.5 * (sums[k, COUNT] - 3.0))
         if z > gate or stands_out > SOFT_END or excess > QUALITY_END:
             continue
