@@ -69,6 +69,13 @@ class CavityProfile:
         """Width of the silhouette per row."""
         return self.right_px - self.left_px
 
+    def rows_above(self, lowest_y_px: float, step: int) -> NDArray[np.int64]:
+        """Which rows lie no lower than that, are open, and are among every ``step``-th of the frame."""
+        begin = int(-self.y_px[0] % step)
+        stop = int(np.searchsorted(self.y_px, lowest_y_px, side="right"))
+        rows = np.arange(begin, stop, step)
+        return rows[self.right_px[rows] > self.left_px[rows]]
+
 
 def measure_profile(patch: Patch, sphere: SphereOutline, *, surface_y_px: float) -> CavityProfile:
     """Measure the silhouette of the cavity between the surface and the equator of the sphere (``measure_region``)."""
@@ -81,7 +88,7 @@ def measure_profile(patch: Patch, sphere: SphereOutline, *, surface_y_px: float)
 
 def rows_of(sphere: SphereOutline, surface_y_px: float, seen: tuple[int, int]) -> tuple[int, int]:
     """The rows (first, behind the last) that tell of the cavity, of those that are ``seen``: into the lower half."""
-    return max(int(np.ceil(surface_y_px)) + 1, seen[0]), min(int(sphere.y_px + 0.5 * sphere.along_px), seen[1])
+    return max(math.ceil(surface_y_px) + 1, seen[0]), min(int(sphere.y_px + 0.5 * sphere.along_px), seen[1])
 
 
 def measure_region(region: Region, sphere: SphereOutline, *, corner: tuple[int, int], noise: float) -> CavityProfile:
@@ -94,22 +101,21 @@ def measure_region(region: Region, sphere: SphereOutline, *, corner: tuple[int, 
     local parabola, never across a jump of the wall; outward bumps are left out.
     """
     x0, first = corner
-    rows = min(int(np.floor(sphere.y_px)) - first + 1, region.levels.shape[0])
+    rows = min(math.floor(sphere.y_px) - first + 1, region.levels.shape[0])
     if rows < FEWEST_ROWS + 1:
         return empty_profile("out_of_frame")
-    axis = int(np.clip(round(sphere.x_px) - x0, 0, region.levels.shape[1] - 1))
-    equator = int(np.clip(round(sphere.y_px) - first, 0, region.levels.shape[0] - 1))
+    axis = min(max(round(sphere.x_px) - x0, 0), region.levels.shape[1] - 1)
+    equator = min(max(round(sphere.y_px) - first, 0), region.levels.shape[0] - 1)
     places = (axis, max(int(0.35 * sphere.across_px), 2), equator)
     above = max(min(int(sphere.top_y_px) - 2 - first, rows), 0)
     left, right, top, unc, dark, cut_off, blur = _measure(region, places, (rows, above), noise)
     if top < 0:
         return empty_profile("no_edge")
-    closed = np.isinf(left)
-    left[closed], right[closed] = x0 - sphere.x_px, sphere.x_px - x0
+    _place_walls(left, right, x0, sphere.x_px - x0)
     return CavityProfile(
-        y_px=first + np.arange(rows, dtype=np.float64),
-        left_px=x0 - left,
-        right_px=x0 + right,
+        y_px=np.arange(float(first), float(first + rows)),
+        left_px=left,
+        right_px=right,
         top_y_px=float(first + top),
         edge_unc_px=unc,
         dark_level=dark,
@@ -117,6 +123,15 @@ def measure_region(region: Region, sphere: SphereOutline, *, corner: tuple[int, 
         status="ok",
         blur_px=blur,
     )
+
+
+@compiled
+def _place_walls(left: Floats, right: Floats, x0: int, axis: float) -> None:
+    """Count both walls from column 0 of the frame, not outwards from ``x0``; a closed row has them on the ``axis``."""
+    for row in range(left.size):
+        if np.isinf(left[row]):
+            left[row], right[row] = -axis, axis
+        left[row], right[row] = x0 - left[row], x0 + right[row]
 
 
 @compiled
