@@ -188,27 +188,27 @@ def empty_profile(status: str) -> CavityProfile:
 def _levels(region: Region) -> tuple[float, float]:
     """Return the level of the ground (its upper half) and of the dark walls, from some thousands of pixels."""
     apart = max(4, int(math.sqrt(region.levels.size / SAMPLE)))
-    rows, columns = (region.levels.shape[0] + apart - 1) // apart, (region.levels.shape[1] + apart - 1) // apart
-    sample = np.empty(rows * columns)
-    seen, bright = 0, 0
-    for row in range(rows):
-        for column in range(columns):
-            value = transmission(region, apart * row, apart * column)
-            seen += 1 if np.isfinite(value) else 0
-            if value > 0.7:
-                sample[bright] = value
-                bright += 1
+    rows, columns = region.levels.shape
+    sample = np.empty(((rows + apart - 1) // apart) * ((columns + apart - 1) // apart))
+    seen = 0
+    for row in range(0, rows, apart):
+        for column in range(0, columns, apart):
+            value = transmission(region, row, column)
+            if np.isfinite(value):
+                sample[seen] = value
+                seen += 1
     if seen < 50:
         return 1.0, 1.0
-    ground = linear_quantile(sample, bright, 0.5) if bright else 1.0
+    part, bright = np.empty(seen), 0
+    for n in range(seen):
+        part[bright] = sample[n]  # one that does not count is written over
+        bright += 1 if sample[n] > 0.7 else 0
+    ground = linear_quantile(part, bright, 0.5) if bright else 1.0
     count = 0
-    for row in range(rows):
-        for column in range(columns):
-            value = transmission(region, apart * row, apart * column)
-            if value < 0.6 * ground:
-                sample[count] = value
-                count += 1
-    return ground, linear_quantile(sample, count, 0.3) if count >= 8 else ground
+    for n in range(seen):
+        part[count] = sample[n]
+        count += 1 if sample[n] < 0.6 * ground else 0
+    return ground, linear_quantile(part, count, 0.3) if count >= 8 else ground
 
 
 @compiled

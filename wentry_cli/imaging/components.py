@@ -11,6 +11,8 @@ from wentry_cli.compiled import compiled
 
 Ints = NDArray[np.int32]
 
+NONE, ONE, ONES, EVERY = np.uint64(0), np.uint64(1), np.uint64(0x0101010101010101), np.uint64(0xFFFFFFFFFFFFFFFF)
+
 
 @dataclass(frozen=True)
 class DarkParts:
@@ -60,12 +62,22 @@ def _root(parent: Ints, run: int) -> int:
 
 
 @compiled
-def _run_end(flags: NDArray[np.uint8], words: NDArray[np.uint64], column: int, flag: int) -> int:
-    """First column from ``column`` on whose flag is another; ``words`` are the same flags, eight at a time."""
-    same = np.uint64(0x0101010101010101) if flag else np.uint64(0)
-    while column < flags.size and flags[column] == flag:
-        column += 8 if column % 8 == 0 and words[column // 8] == same else 1
-    return min(column, flags.size)
+def _run_end(words: NDArray[np.uint64], columns: int, column: int, flag: int) -> int:
+    """First column from ``column`` on whose flag is another, at most ``columns``; ``words`` are eight flags each.
+
+    No branch depends on where in a word that is, which a processor could not foretell.
+    """
+    same = ONES if flag else NONE
+    word = column // 8
+    other = (words[word] ^ same) & (EVERY << np.uint64(8 * (column % 8)))
+    while other == NONE:
+        word += 1
+        if word >= words.size:
+            return columns
+        other = words[word] ^ same
+    before = (other & (~other + ONE)) - ONE  # all bits below the first that differs
+    place = ((before & ONES) * ONES) >> np.uint64(56)  # the number of whole bytes among them
+    return min(8 * word + int(place), columns)
 
 
 @compiled
@@ -97,12 +109,12 @@ def join_row(
 
     ``padded`` is a row of ``row_flags``, ``above`` the first run of the row above and how many runs there are so far.
     """
-    words, flags = padded.view(np.uint64), padded[:columns]
+    words = padded.view(np.uint64)
     other_begin, other_end = above  # the runs of the row above that may touch the next run
     count = other_end
-    first = _run_end(flags, words, 0, 0)
+    first = _run_end(words, columns, 0, 0)
     while first < columns:
-        stop = _run_end(flags, words, first, 1)
+        stop = _run_end(words, columns, first, 1)
         runs[0, count], runs[1, count], runs[2, count] = row, first, stop - 1
         parent[count] = count
         while other_begin < other_end and runs[2, other_begin] + touch < first:
@@ -113,7 +125,7 @@ def join_row(
             parent[max(a, b)] = min(a, b)
             other += 1
         count += 1
-        first = _run_end(flags, words, stop, 0)
+        first = _run_end(words, columns, stop, 0)
     return count
 
 
