@@ -156,6 +156,7 @@ class StatePass:
             self.law,
             record.events,
             self.strengths,
+            record.order,
             self.filtered,
             self.ahead,
         )
