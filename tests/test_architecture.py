@@ -19,6 +19,7 @@ GROUND = {
     "schemas",
     "columns",
     "tables",
+    "number_text",
     "config",
     "pipeline",
     "provenance",

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.cavity.minimum import find_vertex, interior_minima, prominence_of
+from wentry_cli.compiled import compiled
 
 Floats = NDArray[np.float64]
 
@@ -60,16 +61,26 @@ def find_necks(
     min_prominence_px : float
         How far the width must rise on both sides of a minimum before it falls below it again.
     """
+    least = max(min_prominence_px, 6.0 * edge_unc_px)
+    return [Neck(*row) for row in _minima(y_px, width_px, (edge_unc_px, blur_px), least).tolist()]
+
+
+@compiled
+def _minima(y_px: Floats, width_px: Floats, doubts: tuple[float, float], least: float) -> Floats:
+    """The fields of the necks that are so prominent, (n, 4); ``doubts`` are those of an edge and of the blur."""
+    edge_unc, blur = doubts
     seen = np.isfinite(width_px)
     y, width = y_px[seen], width_px[seen]
-    necks: list[Neck] = []
-    for index in interior_minima(width):
+    minima = interior_minima(width)
+    found, count = np.empty((minima.size, 4)), 0
+    for index in minima:
         prominence = prominence_of(width, index)
-        if prominence >= max(min_prominence_px, 6.0 * edge_unc_px):
-            row, narrowest, misfit = find_vertex(y, width, index, np.sqrt(2.0) * edge_unc_px, blur_px)
-            unc = float(np.hypot(edge_unc_px / np.sqrt(2.0), misfit))
-            necks.append(Neck(row, 0.5 * narrowest, unc, prominence))
-    return necks
+        if prominence >= least:
+            row, narrowest, misfit = find_vertex(y, width, index, math.sqrt(2.0) * edge_unc, blur)
+            found[count, 0], found[count, 1] = row, 0.5 * narrowest
+            found[count, 2], found[count, 3] = math.hypot(edge_unc / math.sqrt(2.0), misfit), prominence
+            count += 1
+    return found[:count]
 
 
 @dataclass
@@ -93,18 +104,16 @@ class _OpenTrack:
         caustic leads a track astray for a few frames, and a neck closes within one.
         """
         gap = frame - self.frame[-1]
-        if gap > MAX_GAP_FRAMES:
-            return np.inf
         last, foretold = self.necks[-1], self.foretell(frame)
         reach_y = REACH_PX + 2.0 * (gap - 1)
         reach_r = 4.0 + 0.2 * last.radius_px + 2.0 * (gap - 1)
         off_y = abs(neck.y_px - foretold) / reach_y
         off_r = abs(neck.radius_px - last.radius_px) / reach_r
         if max(off_y, off_r) <= 1.0:
-            return float(np.hypot(off_y, off_r))
+            return math.hypot(off_y, off_r)
         off_y = _beyond(neck.y_px, last.y_px, foretold) / reach_y
         off_r = _beyond(neck.radius_px, last.radius_px, self._narrowed(frame)) / reach_r
-        return SECOND_CHOICE + float(np.hypot(off_y, off_r)) if max(off_y, off_r) <= 1.0 else np.inf
+        return SECOND_CHOICE + math.hypot(off_y, off_r) if max(off_y, off_r) <= 1.0 else math.inf
 
     def _narrowed(self, frame: int) -> float:
         """Radius in ``frame`` of a neck that goes on narrowing: its square falls evenly, as that of a closing ring."""
@@ -137,13 +146,12 @@ class NeckFollower:
 
     def add(self, frame: int, necks: Sequence[Neck]) -> None:
         """Attach the necks of ``frame`` to the tracks that foretell them best; the others open tracks."""
-        pairs = [
-            (track.misfit(frame, neck), i, j) for i, track in enumerate(self._tracks) for j, neck in enumerate(necks)
-        ]
+        alive = [(i, track) for i, track in enumerate(self._tracks) if frame - track.frame[-1] <= MAX_GAP_FRAMES]
+        pairs = [(track.misfit(frame, neck), i, j) for i, track in alive for j, neck in enumerate(necks)]
         taken_tracks: set[int] = set()
         taken_necks: set[int] = set()
         for misfit, i, j in sorted(pairs):
-            if not np.isfinite(misfit):
+            if misfit == math.inf:
                 break
             if i not in taken_tracks and j not in taken_necks:
                 taken_tracks.add(i)

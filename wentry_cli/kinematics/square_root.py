@@ -17,12 +17,13 @@ from wentry_cli.compiled import compiled
 from wentry_cli.kinematics.state_space import add_noise
 
 Array = NDArray[np.float64]
+ORDER = 4  # of all states here, so that the loops are unrolled: of one of order 3 the last element is 0 and stays so
 
 
 @compiled
 def advance(x: Array, step: float) -> None:
     """Multiply the leading axis of ``x`` (m, n) by the transition matrix of ``step``, in place."""
-    m = x.shape[0]
+    m = ORDER
     for i in range(m):
         c = 1.0
         for j in range(i + 1, m):
@@ -34,7 +35,7 @@ def advance(x: Array, step: float) -> None:
 @compiled
 def retreat(x: Array, step: float) -> None:
     """Multiply the leading axis of ``x`` (m, n) by the transposed transition matrix of ``step``, in place."""
-    m = x.shape[0]
+    m = ORDER
     for i in range(m - 1, -1, -1):
         c = 1.0
         for j in range(i - 1, -1, -1):
@@ -46,7 +47,7 @@ def retreat(x: Array, step: float) -> None:
 @compiled
 def triangular(wide: Array, S: Array) -> None:
     """Write into ``S`` the lower triangular root of A Aᵀ, A = ``wide`` (m, n ≥ m), which is spent."""
-    m, n = wide.shape
+    m, n = ORDER, wide.shape[1]
     for i in range(m):
         for j in range(m):
             S[i, j] = 0.0
@@ -68,29 +69,28 @@ def triangular(wide: Array, S: Array) -> None:
 
 @compiled
 def unit_root(m: int) -> Array:
-    """Return the lower triangular root (m, m) of the process noise of density 1 over a step of 1."""
-    unit = np.zeros((m, m))
-    add_noise(unit, 1.0, 1.0)
-    return np.linalg.cholesky(unit).astype(np.float64)
+    """Return the lower triangular root (4, 4) of the process noise of order ``m``, density 1, over a step of 1."""
+    own, unit = np.zeros((m, m)), np.zeros((ORDER, ORDER))
+    add_noise(own, 1.0, 1.0)
+    unit[:m, :m] = np.linalg.cholesky(own)
+    return unit
 
 
 @compiled
 def scale_noise(unit: Array, step: float, q: float, noise: Array) -> None:
     """Write into ``noise`` the root of the process noise of density ``q`` over ``step``: ``unit`` with scaled rows."""
-    m = unit.shape[0]
     factor = math.sqrt(q * step)
-    for i in range(m - 1, -1, -1):
-        for j in range(i + 1):
+    for i in range(ORDER - 1, -1, -1):
+        for j in range(ORDER):
             noise[i, j] = unit[i, j] * factor
-        for j in range(i + 1, m):
-            noise[i, j] = 0.0
-        factor *= step
+        if unit[i, i] > 0.0:  # the noise drives the last element that there is
+            factor *= step
 
 
 @compiled
 def widen(S: Array, noise: Array, wide: Array) -> None:
     """Make ``S`` the root of S Sᵀ + noise noiseᵀ, in place; ``wide`` (m, 2m) is working space."""
-    m = S.shape[0]
+    m = ORDER
     for i in range(m):
         for j in range(m):
             wide[i, j] = S[i, j]
@@ -101,7 +101,7 @@ def widen(S: Array, noise: Array, wide: Array) -> None:
 @compiled
 def take_in(x: Array, S: Array, value: float, variance: float) -> None:
     """Take one measurement of the position into mean ``x`` and root ``S``, in place (Potter)."""
-    m = x.shape[0]
+    m = ORDER
     f = S[0].copy()
     total = variance
     for k in range(m):
@@ -118,9 +118,8 @@ def take_in(x: Array, S: Array, value: float, variance: float) -> None:
 
 
 @compiled
-def jump_root(law: Array, strength: float, node: Array, root: Array) -> None:
-    """Write into ``root`` that of what ``state_space.jump`` adds to the covariance at an event."""
-    m = root.shape[0]
+def jump_root(law: Array, strength: float, node: Array, m: int, root: Array) -> None:
+    """Write into ``root`` that of what the jumps at an event (a row of ``nodes``) add to one of order ``m``."""
     root[:] = 0.0
     root[0, 0] = math.sqrt(node[2])
     root[1, 1] = math.sqrt(node[1])
@@ -133,7 +132,7 @@ def jump_root(law: Array, strength: float, node: Array, root: Array) -> None:
 @compiled
 def forget(z: Array, R: Array, noise: Array) -> None:
     """Take from the information (vector ``z``, root ``R``) what ``noise`` (root of its covariance) hides, in place."""
-    m = z.shape[0]
+    m = ORDER
     f = np.empty(m)
     for c in range(m):
         total, seen = 1.0, 0.0
@@ -170,7 +169,7 @@ def join(x: Array, S: Array, z: Array, R: Array, work: Array) -> None:
 
     ``work`` (2, m, m) is working space.
     """
-    m = x.shape[0]
+    m = ORDER
     W, M = work[0], work[1]
     for i in range(m):
         for j in range(m):

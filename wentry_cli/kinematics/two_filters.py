@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
 from wentry_cli.kinematics.square_root import (
+    ORDER,
     advance,
     forget,
     join,
@@ -29,15 +30,16 @@ Array = NDArray[np.float64]
 def filter_forward(
     nodes: Array, law: Array, events: Array, strengths: Array, start_mean: Array, start_covariance: Array
 ) -> tuple[Array, Array]:
-    """Return filtered means (n, m) and roots of the covariances (n, m, m) after each node.
+    """Return filtered means (n, 4) and roots of the covariances (n, 4, 4) after each node.
 
     ``start_covariance`` is diagonal.
     """
     n, m = nodes.shape[0], start_mean.shape[0]
-    means, roots = np.zeros((n, m)), np.zeros((n, m, m))
-    unit, noise, wide = unit_root(m), np.empty((m, m)), np.empty((m, 2 * m))
-    x = start_mean.copy().reshape(m, 1)
-    S = np.sqrt(start_covariance)
+    means, roots = np.zeros((n, ORDER)), np.zeros((n, ORDER, ORDER))
+    unit, noise, wide = unit_root(m), np.empty((ORDER, ORDER)), np.empty((ORDER, 2 * ORDER))
+    x, S = np.zeros((ORDER, 1)), np.zeros((ORDER, ORDER))
+    x[:m, 0] = start_mean
+    S[:m, :m] = np.sqrt(start_covariance)
     now = nodes[0, 0]
     for k in range(n):
         step = nodes[k, 0] - now
@@ -49,7 +51,7 @@ def filter_forward(
         now = nodes[k, 0]
         event = int(nodes[k, 3])
         if event >= 0:
-            jump_root(law, strengths[event], nodes[k], noise)
+            jump_root(law, strengths[event], nodes[k], m, noise)
             widen(S, noise, wide)
         else:
             take_in(x[:, 0], S, nodes[k, 1], nodes[k, 2])
@@ -60,11 +62,11 @@ def filter_forward(
 
 @compiled
 def filter_backward(nodes: Array, law: Array, events: Array, strengths: Array, m: int) -> tuple[Array, Array]:
-    """Return information vectors (n, m) and roots (n, m, m) of what each node and all after it know, just before it."""
+    """Return information vectors (n, 4) and roots (n, 4, 4) of what each node and all after it know, just before it."""
     n = nodes.shape[0]
-    vectors, roots = np.zeros((n, m)), np.zeros((n, m, m))
-    unit, noise, wide = unit_root(m), np.empty((m, m)), np.empty((m, m + 1))
-    z, R = np.zeros((m, 1)), np.zeros((m, m))
+    vectors, roots = np.zeros((n, ORDER)), np.zeros((n, ORDER, ORDER))
+    unit, noise, wide = unit_root(m), np.empty((ORDER, ORDER)), np.empty((ORDER, ORDER + 1))
+    z, R = np.zeros((ORDER, 1)), np.zeros((ORDER, ORDER))
     for k in range(n - 1, -1, -1):
         if k < n - 1:
             step = nodes[k + 1, 0] - nodes[k, 0]
@@ -72,12 +74,12 @@ def filter_backward(nodes: Array, law: Array, events: Array, strengths: Array, m
             recall(z, R, step, noise)
         event = int(nodes[k, 3])
         if event >= 0:
-            jump_root(law, strengths[event], nodes[k], noise)
+            jump_root(law, strengths[event], nodes[k], m, noise)
             forget(z[:, 0], R, noise)
         else:
-            wide[:, m] = 0.0
-            wide[:, :m] = R
-            wide[0, m] = 1.0 / math.sqrt(nodes[k, 2])
+            wide[:, ORDER] = 0.0
+            wide[:, :ORDER] = R
+            wide[0, ORDER] = 1.0 / math.sqrt(nodes[k, 2])
             triangular(wide, R)
             z[0, 0] += nodes[k, 1] / nodes[k, 2]
         vectors[k] = z[:, 0]
@@ -93,6 +95,7 @@ def evaluate(
     law: Array,
     events: Array,
     strengths: Array,
+    m: int,
     filtered: tuple[Array, Array],
     ahead: tuple[Array, Array],
 ) -> tuple[Array, Array]:
@@ -100,10 +103,11 @@ def evaluate(
 
     ``anchors`` names, for each query, the last node at or before it (−1 before the first node).
     """
-    count, m, last = queries.shape[0], filtered[0].shape[1], nodes.shape[0] - 1
+    count, last = queries.shape[0], nodes.shape[0] - 1
     states, spreads = np.empty((count, m)), np.empty((count, m, m))
-    unit, noise, wide, work = unit_root(m), np.empty((m, m)), np.empty((m, 2 * m)), np.empty((2, m, m))
-    x, S, z, R = np.empty((m, 1)), np.empty((m, m)), np.empty((m, 1)), np.empty((m, m))
+    unit, noise, work = unit_root(m), np.empty((ORDER, ORDER)), np.empty((2, ORDER, ORDER))
+    wide = np.empty((ORDER, 2 * ORDER))
+    x, S, z, R = np.empty((ORDER, 1)), np.empty((ORDER, ORDER)), np.empty((ORDER, 1)), np.empty((ORDER, ORDER))
     for i in range(count):
         k = max(anchors[i], 0)
         back = anchors[i] < 0
@@ -128,7 +132,7 @@ def evaluate(
         join(x[:, 0], S, z[:, 0], R, work)
         if back:
             predict(x[:, 0], S, queries[i] - here, 0.0)
-            add_noise(S, queries[i] - here, density(law, events, strengths, queries[i], here))
-        states[i] = x[:, 0]
-        spreads[i] = S
+            add_noise(S[:m, :m], queries[i] - here, density(law, events, strengths, queries[i], here))
+        states[i] = x[:m, 0]
+        spreads[i] = S[:m, :m]
     return states, spreads

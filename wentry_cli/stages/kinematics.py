@@ -118,7 +118,7 @@ def _entry(folder: Path, drop: Drop) -> dict[str, Any] | None:
     side, geometry = read_table(folder, "side"), first_row(folder, "geometry", view="side")
     times = column(side, "t_s")
     _tell_of_fall(drop, fall_in_air(drop, side, geometry))
-    motion = entry_motion(folder, drop, _stretch(folder, drop, times))
+    motion = _motion(folder, drop, (side, geometry), _stretch(folder, drop, times), None)
     x, _ = _positions(side, geometry, origin_y_px=math.nan)
     columns: dict[str, Any] = {"frame": side["frame"].to_numpy(), "t_s": times, "x_c_m": x} | motion_columns(motion)
     columns["status"] = _words(side, columns, motion, _early_until(folder, drop))
@@ -146,7 +146,18 @@ def entry_motion(
 
     ``bottom`` defaults to ``y_b_m`` of ``side.csv``. The stages ``kinematics`` and ``model`` both come through here.
     """
-    side, geometry = read_table(folder, "side"), first_row(folder, "geometry", view="side")
+    tables = read_table(folder, "side"), first_row(folder, "geometry", view="side")
+    return _motion(folder, drop, tables, stretch, bottom)
+
+
+def _motion(
+    folder: Path,
+    drop: Drop,
+    tables: tuple[pd.DataFrame, dict[str, Any]],
+    stretch: tuple[Array, Array],
+    bottom: tuple[Array, Array] | None,
+) -> EntryMotion:
+    side, geometry = tables
     return solve_entry_motion(
         column(side, "t_s"),
         bottom or (column(side, "y_b_m"), column(side, "y_b_m_unc")),

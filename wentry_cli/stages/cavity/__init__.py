@@ -43,10 +43,9 @@ class _Rows:
         step = max(2, round(view.radius_px / ROWS_PER_RADIUS))
         foot = view.separation_px[frame]
         lowest = foot if np.isfinite(foot) else sphere.top_y_px
-        kept = (profile.y_px % step == 0) & (profile.y_px <= lowest) & (profile.width_px > 0.0)
-        if not kept.any():
-            return
-        self.parts.append((frame, sphere.x_px, profile.y_px[kept], profile.left_px[kept], profile.right_px[kept]))
+        kept = profile.rows_above(lowest, step)
+        if kept.size:
+            self.parts.append((frame, sphere.x_px, profile.y_px[kept], profile.left_px[kept], profile.right_px[kept]))
 
     def table(self, view: SideView) -> dict[str, Any]:
         """All columns, a row per frame and row of the profile."""
