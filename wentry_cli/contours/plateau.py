@@ -175,7 +175,7 @@ def evenness(plateaus: Floats, state: Floats, side: int, noise: Floats) -> float
     if not weight > 0.0:
         return 0.0
     excess = max(0.0, (total / weight) ** 2 - SLOPE_SIGMA**2 * noise[side] / weight)
-    return 1.0 / (1.0 + TO_EDGE_PX**2 * excess * number / noise[side])
+    return float(1.0 / (1.0 + TO_EDGE_PX**2 * excess * number / noise[side]))
 
 
 @compiled
