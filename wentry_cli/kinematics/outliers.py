@@ -23,9 +23,9 @@ def first_suspects(times: Array, position: Array, variance: Array, events: Array
     """Return a mask of gross outliers: off the cubic through two neighbours on either side by more than 8 MAD.
 
     A neighbour of an outlier is off too, by less: only the worst of any five adjacent frames goes, then all are judged
-    again by what is left. Where outliers are close to each other that takes the wrong ones, so that frames near any that
-    went are judged once more, by those farther off. An event may bend the track within a frame by as much as the sphere
-    moves in one: near it, that much is allowed.
+    again by what is left. Where outliers are close to each other that takes the wrong ones, so that frames near any
+    that went are judged once more, by those farther off. An event may bend the track within a frame by as much as the
+    sphere moves in one: near it, that much is allowed.
     """
     keep, limit = np.ones(times.size, dtype=bool), math.inf
     for _ in range(12):
