@@ -10,7 +10,8 @@ import pytest
 
 from wentry_cli.kinematics import state_space
 from wentry_cli.kinematics.likelihood import law_of, strengths_of
-from wentry_cli.kinematics.state_pass import Ballistic, prepare, smooth
+from wentry_cli.kinematics.side_by_side import SETS, densities, log_likelihoods
+from wentry_cli.kinematics.state_pass import Ballistic, Record, prepare, smooth
 
 
 def transition(m: int, step: float) -> np.ndarray:
@@ -63,7 +64,7 @@ def test_smoothed_states_are_the_conditional_expectation(m: int) -> None:
         q = state_space.density(law, record.events, strengths_of(theta, record.events), start, stop)
         block = q * noise(m, stop - start)
         if nodes[k, 3] >= 0:
-            state_space.jump(block, law, 1.0, nodes[k])
+            block += np.diag([nodes[k, 2], nodes[k, 1], law[3] ** 2, law[4] ** 2][:m])
         blocks.append(block)
         steps.append(transition(m, stop - start))
     for k in range(n):
@@ -87,11 +88,38 @@ def test_smoothed_states_are_the_conditional_expectation(m: int) -> None:
     for k, spread in zip(seen, spreads, strict=True):
         dense = posterior[k * m : k * m + 3, k * m : k * m + 3] * np.outer(unit, unit) * result.noise_scale**2
         assert np.allclose(spread, dense, rtol=1e-3, atol=1e-6 * np.abs(dense).max())
-    logs, squares = state_space.log_likelihood(
-        nodes, law, record.events, np.ones(1), record.start_mean, record.start_covariance
-    )
     z = nodes[seen, 1]
-    assert logs + squares == pytest.approx(np.linalg.slogdet(total)[1] + z @ np.linalg.solve(total, z), rel=1e-6)
+    expected = np.linalg.slogdet(total)[1] + z @ np.linalg.solve(total, z)
+    assert _twice_minus_log(record, [law] * SETS)[0] == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("m", [3, 4])
+def test_sets_side_by_side_are_those_alone(m: int) -> None:
+    random = np.random.default_rng(2)
+    frames = np.delete(np.arange(80.0), [11, 40, 41, 42])
+    t = (frames + random.uniform(-1e-5, 1e-5, frames.size)) * 1e-3
+    y = random.normal(size=frames.size) + np.maximum(frames - 30.4, 0.0) ** 2
+    events = np.array([0.0304, 0.0577])
+    record = prepare(t, y, np.ones(frames.size), events_s=events, order=m, ballistic=Ballistic(-1.0, 100.0))
+    thetas = [np.log([8.0, 3.0, 5.0, 2.0, 1.5, 0.4]) + random.uniform(-1.0, 1.0, 6) for _ in range(SETS)]
+    together = _twice_minus_log(record, [law_of(theta, m) for theta in thetas])
+    alone = [_twice_minus_log(record, [law_of(theta, m)] * SETS)[0] for theta in thetas]
+    assert np.ptp(together) > 1.0
+    assert np.allclose(together, alone, rtol=1e-12)
+    for theta in thetas:
+        law = law_of(theta, m)
+        found = densities(record.nodes, np.array([law] * SETS), record.events, np.ones((SETS, 2)))[1:]
+        between = zip(record.nodes[:-1, 0], record.nodes[1:, 0], strict=True)
+        expected = [state_space.density(law, record.events, np.ones(2), *ends) for ends in between]
+        assert np.allclose(found, np.array(expected)[:, None], rtol=1e-10)
+
+
+def _twice_minus_log(record: Record, laws: list[np.ndarray]) -> np.ndarray:
+    strengths = np.ones((SETS, record.events.size))
+    logs, squares = log_likelihoods(
+        record.nodes, np.array(laws), record.events, strengths, record.start_mean, record.start_covariance
+    )
+    return logs + squares
 
 
 def test_between_nodes_a_missing_frame_says_the_same() -> None:

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.cavity.region import Region, transmission
 from wentry_cli.compiled import compiled
 from wentry_cli.imaging.order_statistics import median_of
 
@@ -22,10 +23,8 @@ TYPICAL_PX = 1.0  # where no wall tells it
 
 
 @compiled
-def measure_blur(
-    values: NDArray[np.float32], edges: tuple[Floats, Floats, Floats], light: tuple[float, float]
-) -> float:
-    """Standard deviation of the blur of lens and pixel, px: the median over the walls in ``values`` (rows, columns).
+def measure_blur(region: Region, edges: tuple[Floats, Floats, Floats], light: tuple[float, float]) -> float:
+    """Standard deviation of the blur of lens and pixel, px: the median over the walls in ``region``.
 
     ``edges`` are the left and the right edge of every row, px, NaN where not seen, and the thickness of its thinner
     wall; ``light`` is the level of the ground and that of the dark. ``TYPICAL_PX`` where too few walls are thick.
@@ -40,7 +39,7 @@ def measure_blur(
             lean = 0.5 * (edge[row + 1] - edge[row - 1])
             if not abs(lean) <= STEEPEST_LEAN:
                 continue
-            blur = _blur_across(values, row, edge[row], step, light)
+            blur = _blur_across(region, row, edge[row], step, light)
             if not math.isnan(blur):
                 found[count] = blur / math.sqrt(1.0 + lean * lean)
                 count += 1
@@ -48,13 +47,13 @@ def measure_blur(
 
 
 @compiled
-def _blur_across(values: NDArray[np.float32], row: int, edge: float, step: int, light: tuple[float, float]) -> float:
+def _blur_across(region: Region, row: int, edge: float, step: int, light: tuple[float, float]) -> float:
     """Blur of an edge along its row from the two pixels about it; outside lies towards ``step``."""
     inner = math.floor(edge) if step > 0 else math.ceil(edge)
     outer = inner + step
-    if min(inner, outer) < 0 or max(inner, outer) >= values.shape[1]:
+    if min(inner, outer) < 0 or max(inner, outer) >= region.levels.shape[1]:
         return math.nan
-    rise = (values[row, outer] - values[row, inner]) / (light[0] - light[1])
+    rise = (transmission(region, row, outer) - transmission(region, row, inner)) / (light[0] - light[1])
     within, beyond = abs(edge - inner), abs(outer - edge)
     low, high = SHARPEST_PX, SOFTEST_PX
     for _ in range(HALVINGS):

@@ -8,16 +8,19 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from wentry_cli.cavity.profile import CavityProfile, SphereOutline, empty_profile, measure_profile
+from wentry_cli.cavity.profile import CavityProfile, SphereOutline, empty_profile, measure_region, rows_of
+from wentry_cli.cavity.region import region_of
 from wentry_cli.compiled import compiled
+from wentry_cli.errors import FrameUnreadableError
 from wentry_cli.imaging.background import Background
-from wentry_cli.tracking.source import Frames, read_patch
+from wentry_cli.tracking.source import Frames
 
 Floats = NDArray[np.float64]
 
 LONGEST_GAP = 12  # frames over which the sphere's place is carried on
 SHALLOWEST = 0.35  # in radii: the equator below the surface before there is a cavity to measure
 NARROWEST_REACH, WIDEST_REACH = 2.0, 6.0
+NARROWEST_PX = 8
 
 
 def sphere_outlines(x_px: Floats, y_px: Floats, radius_px: float, stretch: Floats) -> list[SphereOutline | None]:
@@ -63,15 +66,24 @@ def measure_profiles(
     for index, sphere in enumerate(spheres):
         if sphere is None or sphere.y_px - surface_y_px < SHALLOWEST * radius_px:
             continue
-        bottom = sphere.y_px + 0.6 * sphere.along_px
-        box = (sphere.x_px - reach, surface_y_px, sphere.x_px + reach, bottom)
-        patch = read_patch(frames, index, ground, box)
-        if isinstance(patch, str):
-            yield index, empty_profile(patch)
-            continue
-        profile = measure_profile(patch, sphere, surface_y_px=surface_y_px)
+        profile = _profile_within(frames, index, ground, sphere, reach=reach, surface_y_px=surface_y_px)
         yield index, profile
         reach = _next_reach(profile, sphere, reach, radius_px)
+
+
+def _profile_within(
+    frames: Frames, index: int, ground: Background, sphere: SphereOutline, *, reach: float, surface_y_px: float
+) -> CavityProfile:
+    """The profile of frame ``index``, of which the columns within ``reach`` of the sphere's axis are looked at."""
+    x0, x1 = max(0, int(sphere.x_px - reach)), min(frames.shape[1], int(sphere.x_px + reach) + 2)
+    y0, y1 = rows_of(sphere, surface_y_px, (0, frames.shape[0]))
+    if x1 - x0 < NARROWEST_PX or y1 <= y0:
+        return empty_profile("out_of_frame")
+    try:
+        levels = frames.read(index, (x0, y0, x1, y1))
+    except FrameUnreadableError as error:
+        return empty_profile(error.status)
+    return measure_region(region_of(levels, x0, y0, ground), sphere, corner=(x0, y0), noise=ground.noise)
 
 
 def _next_reach(profile: CavityProfile, sphere: SphereOutline, reach: float, radius_px: float) -> float:

@@ -3,27 +3,28 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.cavity.body import SURFACE_ROWS, find_body, find_closed_rows
 from wentry_cli.cavity.edge_blur import TYPICAL_PX, measure_blur
-from wentry_cli.cavity.row_edges import find_closed_rows, find_edges, mend_thin_walls
+from wentry_cli.cavity.region import Region, region_of_patch, transmission
+from wentry_cli.cavity.row_edges import find_edges, mend_thin_walls
 from wentry_cli.cavity.wall_smoothing import smooth_wall
 from wentry_cli.compiled import compiled
-from wentry_cli.imaging.components import DarkParts, find_dark_parts
 from wentry_cli.imaging.order_statistics import linear_quantile
 from wentry_cli.imaging.patch import Patch
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int32]
 
-SURFACE_ROWS = 12  # where the surface band may reach, and a cavity that has left it is still followed
 RIM_PX = 3  # a row that is dark up to the rim of the patch belongs to the surface band
 FAINTEST = 0.25  # of the contrast: what is darker than that belongs to a wall, however thin
 SAMPLE = 6000  # pixels that tell the levels
 DARKEST_USEFUL = 0.75  # a wall brighter than this is no wall
+FEWEST_ROWS = 8
+CUT_OFF = 0.1  # of the rows: so many walls reach the rim of a region that is too narrow
 
 
 @dataclass(frozen=True)
@@ -70,48 +71,96 @@ class CavityProfile:
 
 
 def measure_profile(patch: Patch, sphere: SphereOutline, *, surface_y_px: float) -> CavityProfile:
-    """Measure the silhouette of the cavity between the surface and the equator of the sphere.
+    """Measure the silhouette of the cavity between the surface and the equator of the sphere (``measure_region``)."""
+    columns = (patch.x0, patch.x0 + patch.values.shape[1])
+    first, bottom = rows_of(sphere, surface_y_px, (patch.y0, patch.y0 + patch.values.shape[0]))
+    part = patch.values[max(first - patch.y0, 0) : max(bottom - patch.y0, 0)]
+    region = region_of_patch(replace(patch, values=part))
+    return measure_region(region, sphere, corner=(columns[0], first), noise=patch.noise_floor)
 
-    The dark component that holds the sphere, and every other one that reaches from the surface over the axis, are
-    filled from their outermost left to their outermost right pixel: a bright core, a lamp mirrored in it and bubbles
-    inside do not count. Edges are half-level crossings along the row, smoothed over ± 3 rows by a
+
+def rows_of(sphere: SphereOutline, surface_y_px: float, seen: tuple[int, int]) -> tuple[int, int]:
+    """The rows (first, behind the last) that tell of the cavity, of those that are ``seen``: into the lower half."""
+    return max(int(np.ceil(surface_y_px)) + 1, seen[0]), min(int(sphere.y_px + 0.5 * sphere.along_px), seen[1])
+
+
+def measure_region(region: Region, sphere: SphereOutline, *, corner: tuple[int, int], noise: float) -> CavityProfile:
+    """Measure the silhouette of the cavity in the rows of ``region`` down to the equator of the sphere.
+
+    ``corner`` is column and row of the first pixel of the region in the frame, ``noise`` the standard deviation of its
+    plain ground. The dark component that holds the sphere, and every other one that reaches from the surface over the
+    axis, are filled from their outermost left to their outermost right pixel: a bright core, a lamp mirrored in it and
+    bubbles inside do not count. Edges are half-level crossings along the row, smoothed over ± 3 rows by a
     local parabola, never across a jump of the wall; outward bumps are left out.
     """
-    first = max(int(np.ceil(surface_y_px)) + 1, patch.y0)
-    last = min(int(np.floor(sphere.y_px)), patch.y0 + patch.values.shape[0] - 1)
-    if last - first < 8:
+    x0, first = corner
+    rows = min(int(np.floor(sphere.y_px)) - first + 1, region.levels.shape[0])
+    if rows < FEWEST_ROWS + 1:
         return empty_profile("out_of_frame")
-    bottom = min(int(sphere.y_px + 0.5 * sphere.along_px), patch.y0 + patch.values.shape[0])
-    values = np.ascontiguousarray(patch.values[first - patch.y0 : bottom - patch.y0])
-    ground, dark = _levels(values)
-    if not dark < DARKEST_USEFUL * ground:
+    axis = int(np.clip(round(sphere.x_px) - x0, 0, region.levels.shape[1] - 1))
+    equator = int(np.clip(round(sphere.y_px) - first, 0, region.levels.shape[0] - 1))
+    places = (axis, max(int(0.35 * sphere.across_px), 2), equator)
+    above = max(min(int(sphere.top_y_px) - 2 - first, rows), 0)
+    left, right, top, unc, dark, cut_off, blur = _measure(region, places, (rows, above), noise)
+    if top < 0:
         return empty_profile("no_edge")
-    rows = last - first + 1
-    parts, keep = _silhouette(values, _faint_level(ground, dark, patch.noise_floor), sphere, patch.x0, first)
-    spans = parts.spans(keep)
-    left, right, wall = find_edges(values[:rows], (spans[0][:rows], spans[1][:rows]), 0.5 * (ground + dark), RIM_PX)
-    above = max(min(int(sphere.top_y_px) - 2 - first, rows), 0)  # rows whose light the sphere does not take away
-    blur = measure_blur(values, (left[:above], right[:above], wall[:above]), (ground, dark))
-    mend_thin_walls(values, spans, (left[:above], right[:above], wall[:above]), (ground, dark), blur, RIM_PX)
-    seen = np.isfinite(left)
-    if seen.sum() < 8:
-        return empty_profile("no_edge")
-    closed = find_closed_rows(values, parts, keep, rows, 0.5 * (ground + dark))
-    left[closed] = right[closed] = np.nan
-    left, left_spread = smooth_wall(-left)
-    right, right_spread = smooth_wall(right)
-    left[closed], right[closed] = patch.x0 - sphere.x_px, sphere.x_px - patch.x0
+    closed = np.isinf(left)
+    left[closed], right[closed] = x0 - sphere.x_px, sphere.x_px - x0
     return CavityProfile(
         y_px=first + np.arange(rows, dtype=np.float64),
-        left_px=patch.x0 - left,
-        right_px=patch.x0 + right,
-        top_y_px=float(first + np.flatnonzero(spans[0] >= 0)[0]),
-        edge_unc_px=float(0.5 * np.hypot(left_spread, right_spread)),
-        dark_level=float(dark / ground),
-        cut_off=bool(np.sum((~seen & (spans[0][:rows] >= 0))[SURFACE_ROWS:]) > 0.1 * rows),
+        left_px=x0 - left,
+        right_px=x0 + right,
+        top_y_px=float(first + top),
+        edge_unc_px=unc,
+        dark_level=dark,
+        cut_off=cut_off,
         status="ok",
         blur_px=blur,
     )
+
+
+@compiled
+def _measure(
+    region: Region, sphere: tuple[int, int, int], counts: tuple[int, int], noise: float
+) -> tuple[Floats, Floats, int, float, float, bool, float]:
+    """Both walls (n,) outwards from the first column, infinite where closed; what else ``CavityProfile`` holds.
+
+    In order: left and right wall, first row of the body (-1 where no cavity is seen), uncertainty of an edge, level of
+    the dark, whether it is cut off, blur. ``counts`` are the rows of the profile and those whose light the sphere does
+    not take away.
+    """
+    rows, above = counts
+    nothing = (np.empty(0), np.empty(0), -1, np.nan, np.nan, False, np.nan)
+    ground, dark = _levels(region)
+    if not dark < DARKEST_USEFUL * ground:
+        return nothing
+    half = 0.5 * (ground + dark)
+    body = find_body(region, _faint_level(ground, dark, noise), sphere)
+    spans = body[0]
+    left, right, wall = find_edges(region, (spans[0][:rows], spans[1][:rows]), half, RIM_PX)
+    clear = (left[:above], right[:above], wall[:above])
+    blur = measure_blur(region, clear, (ground, dark))
+    mend_thin_walls(region, spans, clear, (ground, dark), blur, RIM_PX)
+    seen, hidden = 0, 0
+    for row in range(rows):
+        seen += 1 if np.isfinite(left[row]) else 0
+        hidden += 1 if row >= SURFACE_ROWS and np.isnan(left[row]) and spans[0][row] >= 0 else 0
+    if seen < FEWEST_ROWS:
+        return nothing
+    closed = find_closed_rows(region, body, rows, half)
+    for row in range(rows):
+        if closed[row]:
+            left[row] = right[row] = np.nan
+    left, left_spread = smooth_wall(-left)
+    right, right_spread = smooth_wall(right)
+    for row in range(rows):
+        if closed[row]:
+            left[row] = right[row] = np.inf
+    top = 0
+    while spans[0][top] < 0:
+        top += 1
+    unc = 0.5 * math.hypot(left_spread, right_spread)
+    return left, right, top, unc, dark / ground, hidden > CUT_OFF * rows, blur
 
 
 def empty_profile(status: str) -> CavityProfile:
@@ -121,16 +170,15 @@ def empty_profile(status: str) -> CavityProfile:
 
 
 @compiled
-def _levels(values: NDArray[np.float32]) -> tuple[float, float]:
+def _levels(region: Region) -> tuple[float, float]:
     """Return the level of the ground (its upper half) and of the dark walls, from some thousands of pixels."""
-    apart = max(4, int(math.sqrt(values.size / SAMPLE)))
-    rows, columns = (values.shape[0] + apart - 1) // apart, (values.shape[1] + apart - 1) // apart
+    apart = max(4, int(math.sqrt(region.levels.size / SAMPLE)))
+    rows, columns = (region.levels.shape[0] + apart - 1) // apart, (region.levels.shape[1] + apart - 1) // apart
     sample = np.empty(rows * columns)
     seen, bright = 0, 0
     for row in range(rows):
-        line = values[apart * row, :]
         for column in range(columns):
-            value = line[apart * column]
+            value = transmission(region, apart * row, apart * column)
             seen += 1 if np.isfinite(value) else 0
             if value > 0.7:
                 sample[bright] = value
@@ -140,49 +188,15 @@ def _levels(values: NDArray[np.float32]) -> tuple[float, float]:
     ground = linear_quantile(sample, bright, 0.5) if bright else 1.0
     count = 0
     for row in range(rows):
-        line = values[apart * row, :]
         for column in range(columns):
-            value = line[apart * column]
+            value = transmission(region, apart * row, apart * column)
             if value < 0.6 * ground:
                 sample[count] = value
                 count += 1
     return ground, linear_quantile(sample, count, 0.3) if count >= 8 else ground
 
 
+@compiled
 def _faint_level(ground: float, dark: float, noise: float) -> float:
     """Level below which a pixel counts as dark: a quarter of the contrast, or five standard deviations of noise."""
     return ground - min(max(FAINTEST * (ground - dark), 5.0 * noise), 0.5 * (ground - dark))
-
-
-def _silhouette(
-    values: NDArray[np.float32], level: float, sphere: SphereOutline, x0: int, y0: int
-) -> tuple[DarkParts, NDArray[np.bool_]]:
-    """Return the dark components and which of them make up sphere and cavity."""
-    parts = find_dark_parts(values, level)
-    axis = int(np.clip(round(sphere.x_px) - x0, 0, values.shape[1] - 1))
-    reach = max(int(0.35 * sphere.across_px), 2)
-    equator = int(np.clip(round(sphere.y_px) - y0, 0, values.shape[0] - 1))
-    return parts, _belongs((parts.row, parts.first, parts.last, parts.label), parts.boxes, (axis, reach, equator))
-
-
-@compiled
-def _belongs(runs: tuple[Ints, Ints, Ints, Ints], boxes: Ints, sphere: tuple[int, int, int]) -> NDArray[np.bool_]:
-    """Tell which parts hold most of the sphere's rows above its equator, or reach from the surface over its axis.
-
-    ``sphere`` is the column of its axis, the width that counts and the row of its equator.
-    """
-    axis, reach, equator = sphere
-    keep, counts = np.zeros(boxes.shape[0], np.bool_), np.zeros(boxes.shape[0], np.int64)
-    for run in range(runs[0].size):
-        if equator - 3 <= runs[0][run] <= equator:
-            inside = min(runs[2][run], axis + 3 * reach) - max(runs[1][run], axis - 3 * reach) + 1
-            counts[runs[3][run]] += max(inside, 0)
-    best = 0
-    for part in range(boxes.shape[0]):
-        best = part if counts[part] > counts[best] else best
-        left, top, right, bottom = boxes[part, 0], boxes[part, 1], boxes[part, 2], boxes[part, 3]
-        spans_axis = left <= axis <= right and right - left + 1 >= reach
-        keep[part] = spans_axis and top <= SURFACE_ROWS and bottom - top + 1 >= 4
-    if keep.size and counts[best] > 0:
-        keep[best] = True
-    return keep

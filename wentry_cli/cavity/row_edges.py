@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.cavity.region import Region, transmission
 from wentry_cli.compiled import compiled
-from wentry_cli.imaging.components import DarkParts
 from wentry_cli.imaging.order_statistics import median_of
 
 Floats = NDArray[np.float64]
@@ -18,27 +20,26 @@ THIN_WALL = (1.6, 2.6)  # in units of the blur: thinner than that its two sides 
 REFERENCE_WALL = 3.1  # in the same units: a wall that tells what light the rows take away
 THICK_PX = 12
 REFERENCE_ROWS, FEWEST_REFERENCES = 12, 5
-WIDEST_FAINT_PX = 12  # a faint row wider than that is blur between two dark things, not a thin neck
 
 
 @compiled
-def _crossing(values: NDArray[np.float32], row: int, start: int, stop: int, level: float) -> tuple[float, int]:
+def _crossing(region: Region, row: int, start: int, stop: int, level: float) -> tuple[float, int]:
     """Where the row first falls below ``level`` from ``start`` on, walking towards ``stop``, and that pixel."""
     step = 1 if stop > start else -1
     for column in range(start, stop + step, step):
-        outside, inside = values[row, column - step], values[row, column]
+        outside, inside = transmission(region, row, column - step), transmission(region, row, column)
         if inside < level <= outside:
             return column - step * (level - inside) / (outside - inside), column
     return np.nan, -1
 
 
 @compiled
-def _wall_thickness(values: NDArray[np.float32], row: int, start: int, stop: int, level: float) -> float:
+def _wall_thickness(region: Region, row: int, start: int, stop: int, level: float) -> float:
     """Pixels from ``start`` towards ``stop`` until the row rises above ``level``; what is thick is not measured out."""
     step = 1 if stop > start else -1
     most = min(abs(stop - start) + 1, THICK_PX)
     for away in range(most):
-        if values[row, start + step * away] >= level:
+        if transmission(region, row, start + step * away) >= level:
             return float(away)
     return float(most)
 
@@ -49,72 +50,88 @@ def _clear_of_rim(first: int, last: int, columns: int, rim: int) -> bool:
 
 
 @compiled
-def find_edges(values: NDArray[np.float32], spans: tuple[Ints, Ints], level: float, rim: int) -> Edges:
+def find_edges(region: Region, spans: tuple[Ints, Ints], level: float, rim: int) -> Edges:
     """Outermost half-level crossings per row, at most four pixels inside the outermost dark pixel; the thinner wall.
 
     ``spans`` are the first and the last column of the body per row, -1 where there is none.
     """
-    rows, columns = spans[0].size, values.shape[1]
+    rows, columns = spans[0].size, region.levels.shape[1]
     left, right, wall = np.full(rows, np.nan), np.full(rows, np.nan), np.zeros(rows)
     for row in range(rows):
         first, last = spans[0][row], spans[1][row]
         if not _clear_of_rim(first, last, columns, rim):
             continue
-        left[row], left_dark = _crossing(values, row, first, min(first + 4, last), level)
-        right[row], right_dark = _crossing(values, row, last, max(last - 4, first), level)
+        left[row], left_dark = _crossing(region, row, first, min(first + 4, last), level)
+        right[row], right_dark = _crossing(region, row, last, max(last - 4, first), level)
         if left_dark >= 0 and right_dark >= left_dark:
-            left_wall = _wall_thickness(values, row, left_dark, right_dark, level)
-            right_wall = _wall_thickness(values, row, right_dark, left_dark, level)
+            left_wall = _wall_thickness(region, row, left_dark, right_dark, level)
+            right_wall = _wall_thickness(region, row, right_dark, left_dark, level)
             wall[row] = min(left_wall, right_wall)
     return left, right, wall
 
 
 @compiled
-def _missing_light(
-    values: NDArray[np.float32], row: int, span: tuple[int, int], light: tuple[float, float]
-) -> tuple[float, float]:
+def _missing_light(region: Region, row: int, span: tuple[int, int], light: tuple[float, float]) -> tuple[float, float]:
     """Width of a fully dark bar that takes away as much light as the row does, and the centre of what is missing."""
     ground, dark = light
     total, moment = 0.0, 0.0
-    for column in range(max(span[0] - 5, 0), min(span[1] + 6, values.shape[1])):
-        missing = (ground - values[row, column]) / (ground - dark)
+    for column in range(max(span[0] - 5, 0), min(span[1] + 6, region.levels.shape[1])):
+        missing = (ground - transmission(region, row, column)) / (ground - dark)
         if np.isfinite(missing):
             total += missing
             moment += missing * column
     return (total, moment / total) if total > 0.3 else (np.nan, np.nan)
 
 
+class _Shares(NamedTuple):
+    """Share of its width that a row with thick walls takes away of the light, measured where it is asked for.
+
+    ``known`` is NaN in all other rows and those not ``waiting`` to be measured any more.
+    """
+
+    waiting: NDArray[np.bool_]
+    known: Floats
+    width: Floats
+
+
 @compiled
-def _collect_shares(share: Floats, row: int, step: int, found: Floats) -> int:
-    """Put the shares of the rows from ``row`` on into ``found`` as long as there is room; their number."""
-    count = 0
-    other = row + step
-    while 0 <= other < share.size and count < found.size:
-        if np.isfinite(share[other]):
-            found[count] = share[other]
+def _collect_shares(
+    region: Region, spans: tuple[Ints, Ints], light: tuple[float, float], shares: _Shares, way: tuple[int, int]
+) -> tuple[Floats, int]:
+    """The shares of the nearest rows on the ``way`` (row, step), as many as may be of use, and how many these are."""
+    found, count = np.empty(REFERENCE_ROWS), 0
+    row, step = way
+    row += step
+    while 0 <= row < shares.width.size and count < REFERENCE_ROWS:
+        if shares.waiting[row]:
+            span = spans[0][row], spans[1][row]
+            shares.known[row] = _missing_light(region, row, span, light)[0] / shares.width[row]
+            shares.waiting[row] = False
+        if np.isfinite(shares.known[row]):
+            found[count] = shares.known[row]
             count += 1
-        other += step
-    return count
+        row += step
+    return found, count
 
 
 @compiled
-def _usual_share(share: Floats, row: int, above: Floats, below: Floats) -> float:
+def _usual_share(above: tuple[Floats, int], below: tuple[Floats, int]) -> float:
     """Median share of the nearest rows with thick walls, half of them above where there are; NaN where too few."""
-    up, down = _collect_shares(share, row, -1, above), _collect_shares(share, row, 1, below)
+    up, down = above[1], below[1]
     if up + down < FEWEST_REFERENCES:
         return np.nan
     half = REFERENCE_ROWS // 2
     use_up = min(up, max(half, REFERENCE_ROWS - down))
     use_down = min(down, REFERENCE_ROWS - use_up)
     near = np.empty(REFERENCE_ROWS)
-    near[:use_up] = above[:use_up]
-    near[use_up : use_up + use_down] = below[:use_down]
+    near[:use_up] = above[0][:use_up]
+    near[use_up : use_up + use_down] = below[0][:use_down]
     return median_of(near, use_up + use_down)
 
 
 @compiled
 def mend_thin_walls(
-    values: NDArray[np.float32],
+    region: Region,
     spans: tuple[Ints, Ints],
     edges: Edges,
     light: tuple[float, float],
@@ -129,23 +146,20 @@ def mend_thin_walls(
     """
     left, right, wall = edges
     thinnest, thickest = THIN_WALL[0] * blur, THIN_WALL[1] * blur
-    rows, columns = left.size, values.shape[1]
+    rows, columns = left.size, region.levels.shape[1]
     width = right - left
-    thin, share = np.zeros(rows, np.bool_), np.full(rows, np.nan)
+    thin, thick = np.zeros(rows, np.bool_), np.zeros(rows, np.bool_)
     for row in range(rows):
         if _clear_of_rim(spans[0][row], spans[1][row], columns, rim):
             thin[row] = wall[row] < thickest or np.isnan(width[row])
-    if not thin.any():
-        return
-    for row in range(rows):
-        if wall[row] >= REFERENCE_WALL * blur and np.isfinite(width[row]):
-            share[row] = _missing_light(values, row, (spans[0][row], spans[1][row]), light)[0] / width[row]
-    above, below = np.empty(REFERENCE_ROWS), np.empty(REFERENCE_ROWS)
+        thick[row] = wall[row] >= REFERENCE_WALL * blur and np.isfinite(width[row])
+    shares = _Shares(thick, np.full(rows, np.nan), width)
     for row in range(rows):
         if not thin[row]:
             continue
-        missing, centre = _missing_light(values, row, (spans[0][row], spans[1][row]), light)
-        usual = _usual_share(share, row, above, below)
+        missing, centre = _missing_light(region, row, (spans[0][row], spans[1][row]), light)
+        above = _collect_shares(region, spans, light, shares, (row, -1))
+        usual = _usual_share(above, _collect_shares(region, spans, light, shares, (row, 1)))
         if np.isnan(missing) or np.isnan(usual):
             continue
         half = 0.5 * missing / max(usual, 0.05)
@@ -155,36 +169,3 @@ def mend_thin_walls(
         else:
             left[row] = trust * (centre - half) + (1.0 - trust) * left[row]
             right[row] = trust * (centre + half) + (1.0 - trust) * right[row]
-
-
-def find_closed_rows(
-    values: NDArray[np.float32], parts: DarkParts, keep: NDArray[np.bool_], rows: int, level: float
-) -> NDArray[np.bool_]:
-    """Which of the first ``rows`` rows lie between the first and the last of the body but show nothing of it."""
-    first, last = parts.spans(keep)
-    open_rows = (first >= 0) & (last - first < WIDEST_FAINT_PX)
-    _open_dark_rows(values, (parts.row, parts.first, parts.last), keep[parts.label], level, open_rows)
-    seen = np.flatnonzero(open_rows[:rows])
-    closed = np.zeros(rows, np.bool_)
-    if seen.size:
-        closed[seen[0] : seen[-1]] = ~open_rows[seen[0] : seen[-1]]
-    return closed
-
-
-@compiled
-def _open_dark_rows(
-    values: NDArray[np.float32],
-    runs: tuple[Ints, Ints, Ints],
-    keep: NDArray[np.bool_],
-    level: float,
-    open_rows: NDArray[np.bool_],
-) -> None:
-    """Mark the rows in which a kept run has a pixel below ``level``."""
-    for run in range(keep.size):
-        row = runs[0][run]
-        if not keep[run] or open_rows[row]:
-            continue
-        for column in range(runs[1][run], runs[2][run] + 1):
-            if values[row, column] < level:
-                open_rows[row] = True
-                break

@@ -30,7 +30,7 @@ class DarkParts:
     def spans(self, keep: NDArray[np.bool_]) -> tuple[Ints, Ints]:
         """First and last column per row of the components for which ``keep`` is true, -1 where they have none."""
         first, last = np.full(self.shape[0], -1, np.int32), np.full(self.shape[0], -1, np.int32)
-        _spans(self.row, self.first, self.last, keep[self.label], first, last)
+        span_rows((self.row, self.first, self.last, self.label), keep, first, last)
         return first, last
 
 
@@ -47,7 +47,7 @@ def find_dark_parts(values: NDArray[np.float32], level: float, *, diagonal: bool
     row, first, last = runs[:, :count].copy()
     label = np.empty(count, np.int32)
     boxes = np.empty((count, 5), np.int32)
-    parts = _collect(row, first, last, parent[:count], label, boxes)
+    parts = collect_parts(row, first, last, parent[:count], label, boxes)
     return DarkParts(row, first, last, label, boxes[:parts].copy(), (values.shape[0], values.shape[1]))
 
 
@@ -72,35 +72,54 @@ def _run_end(flags: NDArray[np.uint8], words: NDArray[np.uint64], column: int, f
 def _find_runs(values: NDArray[np.float32], level: np.float32, touch: int, runs: Ints, parent: Ints) -> int:
     """Fill ``runs`` (row, first, last) and join every run to those that it touches in the row above; their number."""
     rows, columns = values.shape
-    padded = np.zeros(8 * (columns // 8 + 1), np.uint8)
-    words, flags = padded.view(np.uint64), padded[:columns]
-    count = 0
-    above, above_end = 0, 0  # the runs of the row above that may touch the next run
+    padded = row_flags(columns)
+    flags = padded[:columns]
+    begin, count = 0, 0
     for row in range(rows):
         line = values[row, :]
         for column in range(columns):
             flags[column] = line[column] < level
-        begin = count
-        first = _run_end(flags, words, 0, 0)
-        while first < columns:
-            stop = _run_end(flags, words, first, 1)
-            runs[0, count], runs[1, count], runs[2, count] = row, first, stop - 1
-            parent[count] = count
-            while above < above_end and runs[2, above] + touch < first:
-                above += 1
-            other = above
-            while other < above_end and runs[1, other] < stop + touch:
-                a, b = _root(parent, other), _root(parent, count)
-                parent[max(a, b)] = min(a, b)
-                other += 1
-            count += 1
-            first = _run_end(flags, words, stop, 0)
-        above, above_end = begin, count
+        begin, count = count, join_row(padded, columns, row, (begin, count), touch, runs, parent)
     return count
 
 
 @compiled
-def _collect(row: Ints, first: Ints, last: Ints, parent: Ints, label: Ints, boxes: Ints) -> int:
+def row_flags(columns: int) -> NDArray[np.uint8]:
+    """Room for a flag per column, none of them set, and for at least one more, so that they are read by eights."""
+    return np.zeros(8 * (columns // 8 + 1), np.uint8)
+
+
+@compiled
+def join_row(
+    padded: NDArray[np.uint8], columns: int, row: int, above: tuple[int, int], touch: int, runs: Ints, parent: Ints
+) -> int:
+    """Append the runs of set flags of ``row`` to ``runs``, joined to those of the row above; how many there are then.
+
+    ``padded`` is a row of ``row_flags``, ``above`` the first run of the row above and how many runs there are so far.
+    """
+    words, flags = padded.view(np.uint64), padded[:columns]
+    other_begin, other_end = above  # the runs of the row above that may touch the next run
+    count = other_end
+    first = _run_end(flags, words, 0, 0)
+    while first < columns:
+        stop = _run_end(flags, words, first, 1)
+        runs[0, count], runs[1, count], runs[2, count] = row, first, stop - 1
+        parent[count] = count
+        while other_begin < other_end and runs[2, other_begin] + touch < first:
+            other_begin += 1
+        other = other_begin
+        while other < other_end and runs[1, other] < stop + touch:
+            a, b = _root(parent, other), _root(parent, count)
+            parent[max(a, b)] = min(a, b)
+            other += 1
+        count += 1
+        first = _run_end(flags, words, stop, 0)
+    return count
+
+
+@compiled
+def collect_parts(row: Ints, first: Ints, last: Ints, parent: Ints, label: Ints, boxes: Ints) -> int:
+    """Fill the ``label`` of every run and the ``boxes`` of the components (as in ``DarkParts``); how many they are."""
     parts = 0
     for run in range(row.size):
         root = _root(parent, run)
@@ -119,9 +138,11 @@ def _collect(row: Ints, first: Ints, last: Ints, parent: Ints, label: Ints, boxe
 
 
 @compiled
-def _spans(row: Ints, first: Ints, last: Ints, keep: NDArray[np.bool_], left: Ints, right: Ints) -> None:
-    for run in range(row.size):
-        if keep[run]:
-            if left[row[run]] < 0:
-                left[row[run]] = first[run]
-            right[row[run]] = last[run]
+def span_rows(runs: tuple[Ints, Ints, Ints, Ints], keep: NDArray[np.bool_], left: Ints, right: Ints) -> None:
+    """Fill the first and last column per row of the components to ``keep``; ``runs`` are row, first, last and label."""
+    for run in range(runs[0].size):
+        if keep[runs[3][run]]:
+            row = runs[0][run]
+            if left[row] < 0:
+                left[row] = runs[1][run]
+            right[row] = runs[2][run]

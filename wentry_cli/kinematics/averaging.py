@@ -36,7 +36,8 @@ def members(best: StatePass) -> list[tuple[float, StatePass]]:
     model = likelihood_model(best.record)
     mode = clipped(best.theta, model[-1])
     values, vectors = np.linalg.eigh(curvature(mode, *model))
-    scale = vectors / np.sqrt(np.maximum(values, WIDEST**-2))
+    # the symmetric root: any other would hang on signs that rounding gives the vectors, and the draws with it
+    scale = (vectors / np.sqrt(np.maximum(values, WIDEST**-2))) @ vectors.T
     normal, stretch = _even_draws(mode.size)
     points = mode + (normal * stretch[:, None]) @ scale.T
     distance = np.sum((normal * stretch[:, None]) ** 2, axis=1)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.kinematics.state_space import log_likelihood
+from wentry_cli.kinematics.side_by_side import SETS, log_likelihoods
 
 Array = NDArray[np.float64]
 USUAL_SLAM, SLAM_SPREAD = 0.4, 0.7  # logarithm of frames: a slam lasts two or three
@@ -67,33 +67,37 @@ def clipped(theta: Array, limits: Array) -> Array:
 
 
 @compiled
-def cost(theta: Array, nodes: Array, events: Array, start_mean: Array, start_covariance: Array, limits: Array) -> float:
-    """Minus the concentrated log likelihood, with a steep wall outside the search limits."""
-    wall = 0.0
-    inside = clipped(theta, limits)
-    for i in range(theta.shape[0]):
-        wall += float(theta[i] - inside[i]) ** 2
-    if theta.shape[0] > 4:
-        wall += 0.05 * ((theta[4] - USUAL_SLAM) / SLAM_SPREAD) ** 2
-        lasting = math.log(USUAL_SHARE * nodes[nodes.shape[0] - 1, 0])
-        wall += 0.05 * (theta[0] - lasting) ** 2
-    m = start_mean.shape[0]
-    logs, squares = log_likelihood(
-        nodes, law_of(inside, m), events, strengths_of(inside, events), start_mean, start_covariance
-    )
-    count = max(nodes.shape[0] - events.shape[0] - m, 1)
-    return float(0.5 * (count * math.log(squares / count + 1e-300) + logs) + 10.0 * wall)
-
-
-@compiled
 def costs(
     points: Array, nodes: Array, events: Array, start_mean: Array, start_covariance: Array, limits: Array
 ) -> Array:
-    """Return the cost of each row of ``points``."""
-    values = np.empty(points.shape[0])
-    for i in range(points.shape[0]):
-        values[i] = cost(points[i], nodes, events, start_mean, start_covariance, limits)
+    """Minus the concentrated log likelihood of each row of ``points``, with a steep wall outside the search limits."""
+    m, n = start_mean.shape[0], points.shape[0]
+    count = max(nodes.shape[0] - events.shape[0] - m, 1)
+    values, laws, strengths = np.empty(n), np.empty((SETS, 7)), np.empty((SETS, events.shape[0]))
+    for first in range(0, n, SETS):
+        for i in range(SETS):
+            inside = clipped(points[min(first + i, n - 1)], limits)
+            laws[i] = law_of(inside, m)
+            strengths[i] = strengths_of(inside, events)
+        logs, squares = log_likelihoods(nodes, laws, events, strengths, start_mean, start_covariance)
+        for i in range(min(SETS, n - first)):
+            fit = 0.5 * (count * math.log(squares[i] / count + 1e-300) + logs[i])
+            values[first + i] = fit + _prior(points[first + i], limits, nodes[nodes.shape[0] - 1, 0])
     return values
+
+
+@compiled
+def _prior(theta: Array, limits: Array, length: float) -> float:
+    """What ``theta`` costs before any frame is seen: a wall about the limits, and how far it is from what is usual.
+
+    ``length`` is that of the record in frames.
+    """
+    wall, usual = 0.0, 0.0
+    for i in range(theta.shape[0]):
+        wall += (theta[i] - min(max(theta[i], limits[i, 0]), limits[i, 1])) ** 2
+    if theta.shape[0] > 4:
+        usual = ((theta[4] - USUAL_SLAM) / SLAM_SPREAD) ** 2 + (theta[0] - math.log(USUAL_SHARE * length)) ** 2
+    return float(10.0 * wall + 0.5 * usual)
 
 
 @compiled
@@ -122,14 +126,7 @@ def best_start(
     grid: Array, nodes: Array, events: Array, start_mean: Array, start_covariance: Array, limits: Array
 ) -> Array:
     """Return the row of ``grid`` with the least cost."""
-    best = 0
-    least = math.inf
-    for i in range(grid.shape[0]):
-        value = cost(grid[i], nodes, events, start_mean, start_covariance, limits)
-        if value < least:
-            least = value
-            best = i
-    chosen: Array = grid[best].copy()
+    chosen: Array = grid[np.argmin(costs(grid, nodes, events, start_mean, start_covariance, limits))].copy()
     return chosen
 
 
@@ -143,15 +140,17 @@ def minimise(
     limits: Array,
     budget: int,
 ) -> tuple[Array, float]:
-    """Nelder–Mead simplex from ``theta``; stops at a spread of 0.01 in the log likelihood or after ``budget`` calls."""
+    """Nelder–Mead simplex from ``theta``; stops at a spread of 0.01 in the log likelihood or after ``budget`` calls.
+
+    Whatever the simplex may do next is looked at in one pass; a call is counted where it would have to be looked at.
+    """
     d = theta.shape[0]
     points = np.empty((d + 1, d))
-    values = np.empty(d + 1)
     for i in range(d + 1):
         points[i] = theta
         if i > 0:
             points[i, i - 1] += 0.5
-        values[i] = cost(points[i], nodes, events, start_mean, start_covariance, limits)
+    values = costs(points, nodes, events, start_mean, start_covariance, limits)
     calls = d + 1
     while calls < budget:
         order = np.argsort(values)
@@ -159,32 +158,39 @@ def minimise(
         values = values[order]
         if values[d] - values[0] < 0.01:
             break
-        centre = np.zeros(d)
-        for i in range(d):
-            centre += points[i] / d
-        ahead = 2.0 * centre - points[d]
-        value = cost(ahead, nodes, events, start_mean, start_covariance, limits)
+        moves = _moves(points)
+        tried = costs(moves, nodes, events, start_mean, start_covariance, limits)
+        move = 0
         calls += 1
-        if value < values[0]:
-            far = 3.0 * centre - 2.0 * points[d]
-            further = cost(far, nodes, events, start_mean, start_covariance, limits)
+        if tried[0] < values[0]:
+            move = 1 if tried[1] < tried[0] else 0
             calls += 1
-            if further < value:
-                ahead, value = far, further
-        elif value >= values[d - 1]:
-            pull = 0.5 if value < values[d] else -0.5
-            near = centre + pull * (centre - points[d])
-            nearer = cost(near, nodes, events, start_mean, start_covariance, limits)
+        elif tried[0] >= values[d - 1]:
+            near = 2 if tried[0] < values[d] else 3
             calls += 1
-            if nearer < value and nearer < values[d]:
-                ahead, value = near, nearer
-            else:
+            if not (tried[near] < tried[0] and tried[near] < values[d]):
                 for i in range(1, d + 1):
                     points[i] = 0.5 * (points[i] + points[0])
-                    values[i] = cost(points[i], nodes, events, start_mean, start_covariance, limits)
+                values[1:] = costs(points[1:], nodes, events, start_mean, start_covariance, limits)
                 calls += d
                 continue
-        points[d] = ahead
-        values[d] = value
+            move = near
+        points[d] = moves[move]
+        values[d] = tried[move]
     best = np.argmin(values)
     return points[best].copy(), values[best]
+
+
+@compiled
+def _moves(points: Array) -> Array:
+    """Where the worst point of a simplex (the last) may go: reflected, twice as far, half as far, half way inwards."""
+    d = points.shape[1]
+    centre = np.zeros(d)
+    for i in range(d):
+        centre += points[i] / d
+    moves = np.empty((4, d))
+    moves[0] = 2.0 * centre - points[d]
+    moves[1] = 3.0 * centre - 2.0 * points[d]
+    moves[2] = centre + 0.5 * (centre - points[d])
+    moves[3] = centre - 0.5 * (centre - points[d])
+    return moves

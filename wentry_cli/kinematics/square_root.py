@@ -119,7 +119,7 @@ def take_in(x: Array, S: Array, value: float, variance: float) -> None:
 
 @compiled
 def jump_root(law: Array, strength: float, node: Array, root: Array) -> None:
-    """Write into ``root`` that of what ``state_space.jump`` adds to the covariance at an event."""
+    """Write into ``root`` that of what the jumps at an event (a row of ``nodes``) add to the covariance."""
     m = root.shape[0]
     root[:] = 0.0
     root[0, 0] = math.sqrt(node[2])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from wentry_cli.kinematics import likelihood, state_space, two_filters
+from wentry_cli.kinematics import likelihood, side_by_side, two_filters
 
 Array = NDArray[np.float64]
 DIFFUSE = 1e3  # prior widths in standard errors of the polynomial that the record is centred on
@@ -175,10 +175,19 @@ def smooth(record: Record, theta: Array) -> StatePass:
     law = likelihood.law_of(theta, record.order)
     strengths = likelihood.strengths_of(theta, record.events)
     model = (record.nodes, law, record.events, strengths, record.start_mean, record.start_covariance)
-    logs, squares = state_space.log_likelihood(*model)
+    logs, squares = _likelihood(record, law, strengths)
     count = max(int(np.sum(record.nodes[:, 3] < 0)) - record.order, 1)
     filtered = two_filters.filter_forward(*model)
     ahead = two_filters.filter_backward(*model[:4], record.order)
     scale = float(np.sqrt(squares / count))
     value = 0.5 * (count * np.log(squares / count + 1e-300) + logs)
     return StatePass(record, theta, law, strengths, scale, float(value), filtered, ahead)
+
+
+def _likelihood(record: Record, law: Array, strengths: Array) -> tuple[float, float]:
+    """Σ log F and Σ v²/F of the innovations of ``record``."""
+    laws, all_strengths = np.tile(law, (side_by_side.SETS, 1)), np.tile(strengths, (side_by_side.SETS, 1))
+    logs, squares = side_by_side.log_likelihoods(
+        record.nodes, laws, record.events, all_strengths, record.start_mean, record.start_covariance
+    )
+    return float(logs[0]), float(squares[0])

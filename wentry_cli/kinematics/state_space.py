@@ -1,9 +1,9 @@
-"""A smoothing spline as a state-space model and its likelihood by a compiled Kalman filter, O(n).
+"""A smoothing spline as a state-space model: transition, process noise and what an event changes.
 
 The state of order ``m`` is (y, y′, …, y⁽ᵐ⁻¹⁾); white noise of spectral density q(t) drives the last derivative
 (the ``m − 1`` times integrated Wiener process, whose posterior mean is the smoothing spline of degree 2m − 1: Wahba
 1978; Kohn & Ansley 1987). Smoothed states are made by ``two_filters``; the search for the likelihood's maximum can do
-without that care.
+without that care (``side_by_side``).
 
 Everything is in dimensionless units: time in frame intervals, position in standard deviations of the noise. A *node* is
 a frame (it has a measurement) or an event (it has a jump of acceleration).
@@ -61,21 +61,6 @@ def add_noise(P: Array, step: float, q: float) -> None:
 
 
 @compiled
-def update(x: Array, P: Array, value: float, variance: float) -> tuple[float, float]:
-    """Take in one measurement of the position, in place; return the innovation and its variance."""
-    m = x.shape[0]
-    innovation = value - float(x[0])
-    total = max(float(P[0, 0]), 0.0) + variance
-    for i in range(m):
-        x[i] += P[i, 0] * innovation / total
-    for i in range(m - 1, -1, -1):
-        for j in range(m - 1, i - 1, -1):
-            P[i, j] -= P[0, i] * P[0, j] / total
-            P[j, i] = P[i, j]
-    return innovation, total
-
-
-@compiled
 def burst(strength: float, q0: float, tau: float, start: float, stop: float) -> float:
     """Mean over [start, stop] (times after an event) of strength · q0 · exp(−t/tau); zero before the event."""
     if stop <= 0.0 or q0 <= 0.0:
@@ -105,44 +90,3 @@ def density(law: Array, events: Array, strengths: Array, start: float, stop: flo
         total += burst(strengths[i] ** 2, law[1], law[2], start - events[i], stop - events[i])
         total += burst(strengths[i] ** 2, law[5], law[6], start - events[i], stop - events[i])
     return total
-
-
-@compiled
-def jump(P: Array, law: Array, strength: float, node: Array) -> None:
-    """Widen ``P`` in place by a jump of the acceleration (and jerk), and by those that the event's node names."""
-    m = P.shape[0]
-    P[0, 0] += node[2]
-    P[1, 1] += node[1]
-    if m > 2:
-        P[2, 2] += (strength * law[3]) ** 2
-    if m > 3:
-        P[3, 3] += (strength * law[4]) ** 2
-
-
-@compiled
-def log_likelihood(
-    nodes: Array, law: Array, events: Array, strengths: Array, start_mean: Array, start_covariance: Array
-) -> tuple[float, float]:
-    """Return (Σ log F, Σ v²/F) of the innovations v and their variances F.
-
-    ``nodes`` has the rows (time, value, variance, event): ``event`` is −1 at a frame, else the index of the event, and
-    then ``value`` and ``variance`` are the variances of a jump of the velocity and of the position.
-    """
-    x = start_mean.copy()
-    P = start_covariance.copy()
-    logs = 0.0
-    squares = 0.0
-    now = nodes[0, 0]
-    for k in range(nodes.shape[0]):
-        time = nodes[k, 0]
-        if time > now:
-            predict(x, P, time - now, density(law, events, strengths, now, time))
-        now = time
-        event = int(nodes[k, 3])
-        if event >= 0:
-            jump(P, law, strengths[event], nodes[k])
-        else:
-            innovation, total = update(x, P, nodes[k, 1], nodes[k, 2])
-            logs += math.log(total)
-            squares += innovation * innovation / total
-    return logs, squares
