@@ -41,8 +41,9 @@ def _prior(record: Record, nodes: Array) -> Array:
     prior = np.column_stack([likelihood.SEARCH_LIMITS, np.zeros(6), np.full(6, np.inf)])
     if record.events.size:
         prior[0, 2:] = np.log(USUAL_SHARE * nodes[-1, 0]), SHARE_SPREAD
-        prior[3, 2:] = USUAL_STRIKE + np.log(_acceleration_scale(record)), STRIKE_SPREAD
         prior[4, 2:] = USUAL_SLAM, SLAM_SPREAD
+    if np.any(nodes[:, 3] >= 0):  # the record shows an event, and does not begin after the last
+        prior[3, 2:] = USUAL_STRIKE + np.log(_acceleration_scale(record)), STRIKE_SPREAD
     return prior
 
 

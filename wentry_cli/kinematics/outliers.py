@@ -65,8 +65,7 @@ def _judged_from_afar(
 ) -> NDArray[np.bool_]:
     """``keep`` with the frames near those left out judged by a cubic through four on either side that are not.
 
-    By a parabola through eight at the ends of the record; as it was where an event is near. ``spread`` is the scatter
-    of the score by neighbours.
+    As it was where an event or an end of the record is near. ``spread`` is the scatter of the score by neighbours.
     """
     typical = math.sqrt(float(np.median(variance)))
     near = np.convolve(~keep, np.ones(5), mode="same") > 0.5
@@ -75,13 +74,11 @@ def _judged_from_afar(
     edges = np.flatnonzero(np.diff(np.concatenate([[False], near, [False]]).astype(int)))
     for start, stop in edges.reshape(-1, 2):
         at = int(np.searchsorted(clear, start))
-        around = clear[max(min(at - 4, clear.size - 8), 0) :][:8]
-        reach = np.concatenate([around, [start, stop - 1]])
-        if around.size < 8 or np.any((events > times[reach.min()]) & (events < times[reach.max()])):
+        around = clear[max(at - 4, 0) : at + 4]
+        if at < 4 or around.size < 8 or np.any((events > times[around[0]]) & (events < times[around[-1]])):
             continue
         scaled, part = (times - times[start]) / np.ptp(times[around]), slice(start, stop)
-        degree = 3 if around[0] < start < around[-1] else 2
-        fitted = np.polyfit(scaled[around], position[around], degree, w=1.0 / np.sqrt(variance[around]))
+        fitted = np.polyfit(scaled[around], position[around], 3, w=1.0 / np.sqrt(variance[around]))
         off = position[part] - np.polyval(fitted, scaled[part])
         judged[part] = np.abs(off) * typical / np.sqrt(variance[part]) <= GROSS * spread
     return judged
