@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from entry_truths import PX_PER_M, fall
 
-from wentry_cli.kinematics.outliers import scattering
+from wentry_cli.kinematics.outliers import first_suspects, scattering
 
 TIMES = np.arange(120.0) / 2000.0
 
@@ -31,3 +32,28 @@ def test_no_more_than_stated_scatters() -> None:
     noise = 1e-2 * np.random.default_rng(5).normal(size=120)
     assert np.all(scattering(TIMES, noise, np.full(120, 1e-3)) <= 1e-3)
     assert np.all(scattering(TIMES[:8], noise[:8], np.full(8, 1e-3)) == 1e-3)
+
+
+@pytest.mark.parametrize(
+    ("size_px", "wrong"),
+    [
+        (20.0, [0]),
+        (20.0, [1]),
+        (20.0, [338]),
+        (20.0, [339]),
+        (20.0, [39]),
+        (20.0, [41]),
+        (2.0, [63, 64, 66]),
+        (20.0, [120, 121, 122, 123]),
+        (20.0, [200, 202, 205]),
+    ],
+)
+@pytest.mark.parametrize("kind", ["soft", "rigid"])
+def test_gross_outliers_are_named_and_no_others(kind: str, size_px: float, wrong: list[int]) -> None:
+    """At both ends of a record, beside the impact (frame 40.3) and close to each other."""
+    truth = fall(kind)
+    for seed in range(4):
+        seen = truth.y + 2.5e-5 * np.random.default_rng(seed).normal(size=truth.t.size)
+        seen[wrong] += size_px / PX_PER_M
+        found = first_suspects(truth.t, seen, np.full(truth.t.size, 2.5e-5**2), np.zeros(1))
+        assert np.flatnonzero(found).tolist() == wrong

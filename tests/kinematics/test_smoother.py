@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from entry_truths import FPS, KINDS, PX_PER_M, G, fall, rms
+from entry_truths import FPS, KINDS, PX_PER_M, RHO, D, G, fall, rms
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -194,6 +194,33 @@ def test_a_step_of_the_scale_at_the_waterline_does_not_bend_the_velocity() -> No
     )
     off = [rms(errors("soft", track)[0][truth.at_impact]) for track in (stiff, aware)]
     assert off[1] < 0.3 * off[0]
+
+
+def stopped_at_once(kind: str, share: float) -> tuple[np.ndarray, np.ndarray]:
+    """Height and velocity of the lowest point of a sphere that rings from the impact on, R/λ² below its centre."""
+    truth, (stiffness, amplitude, damping) = fall(kind), KINDS[kind]
+    rate = 2.0 * np.pi / (1.4 * D / np.sqrt(stiffness / RHO))
+    after = np.maximum(truth.t, 0.0)
+    ring = share * amplitude * np.exp(-damping * after)
+    log, slope = ring * np.sin(rate * after), ring * (rate * np.cos(rate * after) - damping * np.sin(rate * after))
+    below = D / 2 * np.exp(-2.0 * log)
+    return truth.y + D / 2 - below, truth.v + np.where(truth.t >= 0.0, 2.0 * slope * below, 0.0)
+
+
+def test_a_kink_of_the_path_that_noise_hides_is_in_the_error_bar() -> None:
+    held, pull = [], []
+    for kind in ("soft", "very_soft"):
+        truth = fall(kind)
+        for seed in range(8):
+            y, v = stopped_at_once(kind, 0.3 + 0.05 * seed)
+            seen = y + 0.5 / PX_PER_M * np.random.default_rng(seed).normal(size=y.size)
+            known = Ballistic(-G, 0.0, 0.0, 5.0)
+            frames = smooth_track(truth.t, seen, 1.0, events_s=(0.0,), ballistic=known).frames
+            score = ((frames.velocity - v) / frames.velocity_unc)[truth.at_impact]
+            held.append(np.mean(np.abs(score) < 1.96))
+            pull.append(rms(score))
+    assert np.mean(held) > 0.85
+    assert rms(np.array(pull)) < 1.6
 
 
 def test_a_clip_that_begins_after_impact() -> None:

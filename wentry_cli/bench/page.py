@@ -21,6 +21,8 @@ TITLES = {
     "top_clips": "Top view of whole drops",
     "ball": "A real ball",
     "extremes": "Extrema and crossings",
+    "calibrations": "Calibrations",
+    "delta_u": "Loss of velocity over the first period",
     "smoothers": "Velocity and acceleration",
     "solvers": "Material model",
     "throughput": "Whole recordings",

@@ -15,7 +15,7 @@ class BenchRow:
     without a result or grossly wrong; ``time_us`` is the median time per item in microseconds. Where a method states
     an uncertainty, ``pull`` is the standard deviation of (estimate − truth)/uncertainty and ``beyond_3`` the share
     beyond 3. ``measured`` is the share of items with a result, ``false_ok`` the share that was called good with an
-    error far beyond its uncertainty, and ``items`` their number.
+    error far beyond its uncertainty, ``items`` their number, and ``held`` the share that 95 % intervals hold.
     """
 
     chapter: str
@@ -34,3 +34,4 @@ class BenchRow:
     measured: float = math.nan
     false_ok: float = math.nan
     items: int = 0
+    held: float = math.nan

@@ -133,6 +133,7 @@ def _rows(case: str, found: dict[str, _Found]) -> list[BenchRow]:
                         failures=float(np.mean(~np.isfinite(error))),
                         time_us=1e6 * float(np.median(result.seconds)),
                         note="; ".join(notes),
+                        held=float(np.mean(np.concatenate(result.held[key]))) if result.held else float("nan"),
                     )
                 )
     return rows

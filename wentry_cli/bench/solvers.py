@@ -61,9 +61,14 @@ def run(quick: bool, seed: int) -> list[BenchRow]:
     return rows
 
 
+def table_1_sphere(row: int) -> Material:
+    """One of ``SPHERES``, with G_T = G∞ as in the paper."""
+    radius, modulus, n, eps0_dot = SPHERES[row]
+    return Material(radius, 1070.0, modulus, modulus, 0.0866, 1.0, 1.0, n, eps0_dot)
+
+
 def _make_case(rng: np.random.Generator, k: int) -> _Case:
-    radius, modulus, n, eps0_dot = SPHERES[k % len(SPHERES)]
-    material = Material(radius, 1070.0, modulus, modulus, 0.0866, 1.0, 1.0, n, eps0_dot)
+    material = table_1_sphere(k % len(SPHERES))
     stretch_0 = float(rng.uniform(1.05, 2.2))
     times = np.linspace(0.0, PERIODS * find_period(material, stretch_0), SAMPLES)
     empty = _Case(material, stretch_0, times, np.empty(0))

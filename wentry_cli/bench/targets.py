@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
+from wentry_cli.bench.mechanics_targets import list_mechanics
 from wentry_cli.bench.outline_cases import find_case
 from wentry_cli.bench.row import BenchRow
+from wentry_cli.bench.target import Target
 
 OURS = "wentry accurate"
 CLEAN = (
@@ -18,16 +19,6 @@ DROPLETS = ("droplets on 20 %", "droplets on 32 %", "droplets on 42 %")
 OCCLUDED = (*DROPLETS, "bright spots inside", "30 % out of the frame")
 BESIDE = {"20 % of the arc": 1.5, "contrast 15 %": 1.3, "motion 3.6 px": 1.3, "30 % out of the frame": 1.2}
 FIT = ("x", "y", "stretch", "bottom_y")
-
-
-@dataclass(frozen=True)
-class Target:
-    """One line: what, asked, measured (with the case that is worst), and whether it is met."""
-
-    what: str
-    asked: str
-    measured: str
-    met: bool
 
 
 class Rows:
@@ -62,9 +53,10 @@ def list_targets(rows: list[BenchRow]) -> list[Target]:
     known = Rows(rows)
     try:
         contours = _contours(known) if known.has("contours") else []
+        mechanics = list_mechanics(rows)
     except KeyError:
         return []
-    return contours + _separation(known) + _pinch_off(known)
+    return contours + _separation(known) + _pinch_off(known) + mechanics
 
 
 def _contours(rows: Rows) -> list[Target]:

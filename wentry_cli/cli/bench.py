@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 CHAPTERS = (
     "contours", "separation", "pinch_off", "top_clips", "ball",
-    "smoothers", "delta_u", "solvers", "extremes", "throughput",
+    "smoothers", "delta_u", "solvers", "extremes", "calibrations", "throughput",
 )  # fmt: skip
 ALONE = ("throughput",)  # measures how fast the machine is when nothing else runs
 OUTPUT = click.Path(file_okay=False, path_type=Path)  # said before an hour is spent

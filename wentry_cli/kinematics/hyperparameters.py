@@ -13,6 +13,9 @@ from wentry_cli.kinematics.state_pass import Record, StatePass, smooth
 Array = NDArray[np.float64]
 LONG_RECORD = 4000
 ABOUT_EVENT = 500
+USUAL_SHARE, SHARE_SPREAD = 0.1, 1.0  # a lasting bandwidth of a tenth of the record, within a factor e
+USUAL_SLAM, SLAM_SPREAD = 0.4, 0.7  # logarithm of frames: a slam lasts two or three
+USUAL_STRIKE, STRIKE_SPREAD = 1.0, 1.0  # logarithm of the jump at an event over the accelerations of longer times
 
 
 def fit_pass(record: Record, *, budget: int = 160) -> StatePass:
@@ -25,7 +28,23 @@ def fit_pass(record: Record, *, budget: int = 160) -> StatePass:
 
 def likelihood_model(record: Record) -> tuple[Array, Array, Array, Array, Array]:
     """What the functions of ``likelihood`` want to know of a record, after the hyperparameters."""
-    return _thinned(record), record.events, record.start_mean, record.start_covariance, likelihood.SEARCH_LIMITS
+    nodes = _thinned(record)
+    return nodes, record.events, record.start_mean, record.start_covariance, _prior(record, nodes)
+
+
+def _prior(record: Record, nodes: Array) -> Array:
+    """Limits, usual value and spread of each hyperparameter (see ``likelihood.costs``).
+
+    Where the noise hides the slam, the likelihood is the same for all jumps below what it shows, and the greatest may
+    lie at none at all: an impact that leaves the acceleration as it was, with an error bar that says so.
+    """
+    prior = np.column_stack([likelihood.SEARCH_LIMITS, np.zeros(6), np.full(6, np.inf)])
+    if record.events.size:
+        prior[0, 2:] = np.log(USUAL_SHARE * nodes[-1, 0]), SHARE_SPREAD
+        prior[4, 2:] = USUAL_SLAM, SLAM_SPREAD
+    if np.any(nodes[:, 3] >= 0):  # the record shows an event, and does not begin after the last
+        prior[3, 2:] = USUAL_STRIKE + np.log(_acceleration_scale(record)), STRIKE_SPREAD
+    return prior
 
 
 def _thinned(record: Record) -> Array:

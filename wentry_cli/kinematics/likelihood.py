@@ -16,8 +16,6 @@ from wentry_cli.compiled import compiled
 from wentry_cli.kinematics.side_by_side import SETS, log_likelihoods
 
 Array = NDArray[np.float64]
-USUAL_SLAM, SLAM_SPREAD = 0.4, 0.7  # logarithm of frames: a slam lasts two or three
-USUAL_SHARE = 0.1  # a lasting bandwidth of a tenth of the record, within a factor e
 STEP = 0.25
 SEARCH_LIMITS = np.array([[0.3, 14.0], [-1.0, 14.0], [0.0, 12.0], [-9.0, 9.0], [-1.0, 7.0], [-6.0, 1.0]])
 
@@ -82,21 +80,20 @@ def costs(
         logs, squares = log_likelihoods(nodes, laws, events, strengths, start_mean, start_covariance)
         for i in range(min(SETS, n - first)):
             fit = 0.5 * (count * math.log(squares[i] / count + 1e-300) + logs[i])
-            values[first + i] = fit + _prior(points[first + i], limits, nodes[nodes.shape[0] - 1, 0])
+            values[first + i] = fit + _prior(points[first + i], limits)
     return values
 
 
 @compiled
-def _prior(theta: Array, limits: Array, length: float) -> float:
+def _prior(theta: Array, limits: Array) -> float:
     """What ``theta`` costs before any frame is seen: a wall about the limits, and how far it is from what is usual.
 
-    ``length`` is that of the record in frames.
+    ``limits`` has a row (low, high, usual, spread) for each hyperparameter; an infinite spread says nothing.
     """
     wall, usual = 0.0, 0.0
     for i in range(theta.shape[0]):
         wall += (theta[i] - min(max(theta[i], limits[i, 0]), limits[i, 1])) ** 2
-    if theta.shape[0] > 4:
-        usual = ((theta[4] - USUAL_SLAM) / SLAM_SPREAD) ** 2 + (theta[0] - math.log(USUAL_SHARE * length)) ** 2
+        usual += ((theta[i] - limits[i, 2]) / limits[i, 3]) ** 2
     return float(10.0 * wall + 0.5 * usual)
 
 

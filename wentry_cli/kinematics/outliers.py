@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 MAD_TO_SD = 1.4826
 GROSS = 8.0
 LATE = 4.0
+SPEED_FRAMES = 6  # on either side of an event that tell the speed
+MOST_BEND = 2.0 / 3.0  # a velocity that turns round within a frame is off its neighbours' cubic by this many steps
 AROUND, LEAST_SHARE = 25, 1e-4
 
 
@@ -21,25 +23,65 @@ def first_suspects(times: Array, position: Array, variance: Array, events: Array
     """Return a mask of gross outliers: off the cubic through two neighbours on either side by more than 8 MAD.
 
     A neighbour of an outlier is off too, by less: only the worst of any five adjacent frames goes, then all are judged
-    again by what is left. A frame whose neighbours lie across an event is not judged: the track may bend there.
+    again by what is left. Where outliers are close to each other that takes the wrong ones, so that frames near any
+    that went are judged once more, by those farther off. An event may bend the track within a frame by as much as the
+    sphere moves in one: near it, that much is allowed.
     """
-    keep = np.ones(times.size, dtype=bool)
+    keep, limit = np.ones(times.size, dtype=bool), math.inf
     for _ in range(12):
         index = np.flatnonzero(keep)
         if index.size < 9:
             break
-        score = _neighbour_score(times[index], position[index], variance[index])
+        score = np.abs(_neighbour_score(times[index], position[index], variance[index]))
+        limit = GROSS * max(MAD_TO_SD * float(np.median(score)), 1e-12 * float(np.ptp(position)) + 1e-300)
         for event in events:
             at = int(np.searchsorted(times[index], event))
-            score[max(at - 2, 0) : at + 2] = 0.0
-        limit = GROSS * max(MAD_TO_SD * float(np.median(np.abs(score))), 1e-12 * float(np.ptp(position)) + 1e-300)
-        padded = np.pad(np.abs(score), 2)
+            near = np.median(np.abs(np.diff(position[index][max(at - SPEED_FRAMES, 0) : at + SPEED_FRAMES])))
+            score[max(at - 2, 0) : at + 2] -= MOST_BEND * near
+        padded = np.pad(score, 2)
         highest = np.max([padded[i : i + score.size] for i in range(5)], axis=0)
-        worst = (np.abs(score) > limit) & (np.abs(score) >= highest)
+        worst = (score > limit) & (score >= highest)
+        for flagged, own in ((worst, score), (worst[::-1], score[::-1])):
+            _at_the_end(flagged, own)
         if not worst.any():
             break
         keep[index[worst]] = False
-    return ~keep
+    return ~_judged_from_afar(times, position, variance, events, keep, limit / GROSS)
+
+
+def _at_the_end(worst: NDArray[np.bool_], score: Array) -> None:
+    """Where the third frame is the worst, name in place the one of the first three that spoils the scores like that.
+
+    An outlier stands in the scores from its second neighbour on as 1, −4, 6, −4, 1: a first frame in the third alone.
+    """
+    if worst[2]:
+        share = score[3] / score[2]
+        worst[2] = False
+        worst[2 if share > 0.45 else 1 if share > 0.1 else 0] = True
+
+
+def _judged_from_afar(
+    times: Array, position: Array, variance: Array, events: Array, keep: NDArray[np.bool_], spread: float
+) -> NDArray[np.bool_]:
+    """``keep`` with the frames near those left out judged by a cubic through four on either side that are not.
+
+    As it was where an event or an end of the record is near. ``spread`` is the scatter of the score by neighbours.
+    """
+    typical = math.sqrt(float(np.median(variance)))
+    near = np.convolve(~keep, np.ones(5), mode="same") > 0.5
+    judged = keep.copy()
+    clear = np.flatnonzero(~near)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], near, [False]]).astype(int)))
+    for start, stop in edges.reshape(-1, 2):
+        at = int(np.searchsorted(clear, start))
+        around = clear[max(at - 4, 0) : at + 4]
+        if at < 4 or around.size < 8 or np.any((events > times[around[0]]) & (events < times[around[-1]])):
+            continue
+        scaled, part = (times - times[start]) / np.ptp(times[around]), slice(start, stop)
+        fitted = np.polyfit(scaled[around], position[around], 3, w=1.0 / np.sqrt(variance[around]))
+        off = position[part] - np.polyval(fitted, scaled[part])
+        judged[part] = np.abs(off) * typical / np.sqrt(variance[part]) <= GROSS * spread
+    return judged
 
 
 def _neighbour_score(t: Array, y: Array, variance: Array) -> Array:

@@ -215,12 +215,12 @@ def derivatives(state: FloatArray, groups: FloatArray, out: FloatArray) -> bool:
 
 
 @compiled
-def sensitivity_derivatives(state: FloatArray, groups: GroupValues, out: FloatArray) -> None:
-    """Time derivative of the sensitivities that follow the state, five triples (λ, dλ/dt*, x).
+def sensitivity_derivatives(rows: FloatArray, at: int, to: int, groups: GroupValues) -> None:
+    """Time derivative of the sensitivities that follow the state, five triples (λ, dλ/dt*, x): row ``at`` into ``to``.
 
     The order is that of ``SENSITIVITY_NAMES``: initial λ, ln A*, n, γ, initial x. Needs m ≥ 1, ξ > 0.
     """
-    a, v, x = state[0], state[1], state[2]
+    a, v, x = rows[at, 0], rows[at, 1], rows[at, 2]
     gamma, n, m = groups[0], groups[2], groups[3]
     p = 1.0 + x
     u = a * a / p
@@ -228,7 +228,7 @@ def sensitivity_derivatives(state: FloatArray, groups: GroupValues, out: FloatAr
     c = flow_hardening(x, groups[4])
     s_u = 1.0 + 2.0 / (u * u * u)
     s_a, s_x = s_u * 2.0 * a / p, -s_u * u / p
-    slope = state[MOBILITY] * (1.0 if m == 1.0 else m * abs(s) ** (m - 1.0))  # of the rate over s
+    slope = rows[at, MOBILITY] * (1.0 if m == 1.0 else m * abs(s) ** (m - 1.0))  # of the rate over s
     r = slope * s / m
     r_a, r_x = slope * s_a, slope * s_x + r * n * hardening_slope(x, groups[4])
     a5 = a * a * a * a * a
@@ -240,10 +240,10 @@ def sensitivity_derivatives(state: FloatArray, groups: GroupValues, out: FloatAr
     f_x = -5.0 * gamma * s_x * a5 / density
     for j in range(5):
         k = STATE_SIZE + 3 * j
-        sa, sv, sx = state[k], state[k + 1], state[k + 2]
-        out[k] = sv
-        out[k + 1] = f_a * sa + f_v * sv + f_x * sx
-        out[k + 2] = 2.0 * p * (r_a * sa + r_x * sx) + 2.0 * r * sx
-    out[STATE_SIZE + 5] += 2.0 * p * r
-    out[STATE_SIZE + 8] += 2.0 * p * r * math.log(c)
-    out[STATE_SIZE + 10] += -5.0 * s * a5 / density
+        sa, sv, sx = rows[at, k], rows[at, k + 1], rows[at, k + 2]
+        rows[to, k] = sv
+        rows[to, k + 1] = f_a * sa + f_v * sv + f_x * sx
+        rows[to, k + 2] = 2.0 * p * (r_a * sa + r_x * sx) + 2.0 * r * sx
+    rows[to, STATE_SIZE + 5] += 2.0 * p * r
+    rows[to, STATE_SIZE + 8] += 2.0 * p * r * math.log(c)
+    rows[to, STATE_SIZE + 10] += -5.0 * s * a5 / density

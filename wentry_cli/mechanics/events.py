@@ -11,41 +11,41 @@ from __future__ import annotations
 from wentry_cli.compiled import compiled
 from wentry_cli.mechanics.bergstrom_boyce import FloatArray, IntArray
 from wentry_cli.mechanics.dense_output import find_passage, interpolate
+from wentry_cli.mechanics.stages import MARKS, NEW, STATE
 
 PEAK, VALLEY, UPWARD, DOWNWARD = 1, 2, 3, 4
 EVENT_COLUMNS = 5  # time, kind, stretch, rate, x
 FOUND, PEAKS, WRITTEN, ACCEPTED, REJECTED, SIDE, WAITING = 0, 1, 2, 3, 4, 5, 6  # places in ``counts``
 COUNTS = 7
-MARKS = 4  # the most events of a step, and one more
 
 Event = tuple[float, float, float, float, float]
 
 
 @compiled
-def mark_events(ends: tuple[FloatArray, FloatArray], dense: FloatArray, accuracy: float, marks: FloatArray) -> int:
-    """Find the extremum and the unit crossings of the step between the states ``ends``, in their order.
+def mark_events(work: FloatArray, accuracy: float) -> int:
+    """Find the extremum and the unit crossings of a step, in their order.
 
-    Writes rows (fraction, kind) into ``marks`` and returns their number. A step holds at most one extremum, so λ is
-    monotone on both sides of it. ``accuracy`` is of the fraction.
+    Writes (fraction, kind) into the rows from ``MARKS`` on and returns their number. A step holds at most one extremum,
+    so λ is monotone on both sides of it. ``accuracy`` is of the fraction.
     """
-    y, y_new = ends
+    before, after = work[STATE, 1], work[NEW, 1]
     turn, turn_kind, count = 2.0, PEAK, 0
-    if y[1] > 0.0 >= y_new[1]:
-        turn = find_passage(y, dense, 1, 0.0, (0.0, 1.0), accuracy)
-    elif y[1] < 0.0 <= y_new[1]:
-        turn, turn_kind = find_passage(y, dense, 1, 0.0, (0.0, 1.0), accuracy), VALLEY
-    low, start = 0.0, y[0]
+    if before > 0.0 >= after:
+        turn = find_passage(work, 1, 0.0, 0.0, 1.0, accuracy)
+    elif before < 0.0 <= after:
+        turn, turn_kind = find_passage(work, 1, 0.0, 0.0, 1.0, accuracy), VALLEY
+    low, start = 0.0, work[STATE, 0]
     for part in range(2):
         high = min(turn, 1.0) if part == 0 else 1.0
-        end = y_new[0] if high == 1.0 else interpolate(y, dense, 0, high)
+        end = work[NEW, 0] if high == 1.0 else interpolate(work, 0, high)
         if start < 1.0 <= end or start > 1.0 >= end:
-            marks[count, 0] = find_passage(y, dense, 0, 1.0, (low, high), accuracy)
-            marks[count, 1] = UPWARD if start < end else DOWNWARD
+            work[MARKS + count, 0] = find_passage(work, 0, 1.0, low, high, accuracy)
+            work[MARKS + count, 1] = UPWARD if start < end else DOWNWARD
             count += 1
         if turn > 1.0:
             break
         if part == 0:
-            marks[count, 0], marks[count, 1] = turn, turn_kind
+            work[MARKS + count, 0], work[MARKS + count, 1] = turn, turn_kind
             count += 1
         low, start = high, end
     return count
@@ -64,7 +64,7 @@ def note_extremum(found: Event, events: FloatArray, counts: IntArray, negligible
         counts[FOUND] -= 1
         counts[PEAKS] -= 1 if found[1] == PEAK else 0
         for k in range(row, counts[FOUND]):
-            events[k, :] = events[k + 1, :]
+            _move(events, k + 1, k)
     if counts[FOUND] >= events.shape[0] - 1:
         return False
     _write(found, events, counts[FOUND])
@@ -89,7 +89,7 @@ def settle_crossing(stretch: float, events: FloatArray, counts: IntArray, neglig
         return
     counts[SIDE] = side
     if counts[WAITING] == 1 and counts[FOUND] < last:
-        events[counts[FOUND], :] = events[last, :]
+        _move(events, last, counts[FOUND])
         counts[FOUND] += 1
     counts[WAITING] = 0
 
@@ -97,3 +97,9 @@ def settle_crossing(stretch: float, events: FloatArray, counts: IntArray, neglig
 @compiled
 def _write(found: Event, events: FloatArray, row: int) -> None:
     events[row, 0], events[row, 1], events[row, 2], events[row, 3], events[row, 4] = found
+
+
+@compiled
+def _move(events: FloatArray, row: int, to: int) -> None:
+    for c in range(EVENT_COLUMNS):
+        events[to, c] = events[row, c]

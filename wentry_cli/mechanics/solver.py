@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from wentry_cli.errors import ConfigurationError
 from wentry_cli.mechanics import stepping
 from wentry_cli.mechanics.bergstrom_boyce import FloatArray, Groups, Material, find_groups, flow_hardening
+from wentry_cli.mechanics.dense_output import SAMPLED
 from wentry_cli.mechanics.events import PEAK, VALLEY
-from wentry_cli.mechanics.stepping import EVENT_COMPONENTS, MOST_EVENTS, SMALL_PERIOD
+from wentry_cli.mechanics.stepping import MOST_EVENTS, SMALL_PERIOD
 
 PARAMETERS = ("stretch_0", "eps0_dot_1_s", "n", "g_inf_pa", "g_t_pa", "viscous_0")
 MOST_STEPS = 200_000
@@ -60,9 +61,9 @@ class Trajectory:
 
         dλ/dλ₀, dλ/d ln ε̇₀, dλ/dn, dλ/d ln G∞, dλ/d ln G_T, dλ/d ln λ_p(0), by the chain rule from the groups.
         """
-        if len(self.states) == EVENT_COMPONENTS:
+        if len(self.states) == SAMPLED:
             return np.empty((self.t_s.size, 0))
-        to_start, to_flow, to_n, to_ratio, to_viscous = self.states[EVENT_COMPONENTS:]
+        to_start, to_flow, to_n, to_ratio, to_viscous = self.states[SAMPLED:]
         ratio, scaled = self.groups.stiffness_ratio, self.t_s / self.groups.time_scale_s
         to_log_inf = 0.5 * scaled * self.states[1] - ratio * to_ratio - 0.5 * to_flow
         to_log_t = ratio * to_ratio + self.groups.m * to_flow
