@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.imaging.background import Background
 from wentry_cli.tracking.flight import air_plan, both_ways
-from wentry_cli.tracking.follow import Plan, Watch, follow
+from wentry_cli.tracking.follow import TRUSTING, Plan, Watch, follow
 from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.scale import PooledRadius
 from wentry_cli.tracking.sighting import Look, Sighting
@@ -53,15 +53,29 @@ def track_plate(frames: Frames, ground: Background, seed: Path, scene: PlateScen
     radius = scene.radius if scene.radius.known else pool_sightings(dry, wet=False)
     dry = constrain(dry, radius, wet=False)
     if contact < len(seen) and radius.known and dry:
-        path = Path(radius.value, stiff=not scene.deformable)
-        for item in [item for item in dry if item.fit is not None and item.ok][-3:]:
-            if item.fit is not None:
-                path.add(item.frame, item.fit.shape)
         tilt = Tilt()
         plan = _above_plate(frames, scene, tilt)
-        order = range(dry[-1].frame + 1, frames.count)
-        dry = [*dry, *follow(frames, ground, path, order, plan, Watch(tilt.hear))]
+        flown, first = dry, dry[-1].frame + 1
+
+        def touching(end: int, watch: Watch) -> list[Sighting]:
+            return follow(frames, ground, _path(flown, radius, scene), range(first, end), plan, watch)
+
+        touched = touching(frames.count, Watch(tilt.hear))
+        if tilt.harmful_before >= first:
+            # what was seen before the tilt was known is measured again with it
+            early = touching(tilt.harmful_before + 1, TRUSTING)
+            touched = [*early, *touched[len(early) :]]
+        dry = [*dry, *touched]
     return PlateTrack(dry, radius, max((_bottom(item) for item in dry), default=math.nan))
+
+
+def _path(flown: list[Sighting], radius: PooledRadius, scene: PlateScene) -> Path:
+    """The path of the last frames before contact."""
+    path = Path(radius.value, stiff=not scene.deformable)
+    for item in [item for item in flown if item.fit is not None and item.ok][-3:]:
+        if item.fit is not None:
+            path.add(item.frame, item.fit.shape)
+    return path
 
 
 def _bottom(item: Sighting) -> float:
