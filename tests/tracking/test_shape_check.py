@@ -118,3 +118,15 @@ def test_with_too_few_whole_outlines_the_waves_themselves_are_doubted() -> None:
     assert found.stretch_doubt(LINE) == pytest.approx(np.hypot(5e-4, 7e-4))
     assert found.radius_ratio == 1.0
     assert found.radius_ratio_unc == pytest.approx(4.0 * np.hypot(5e-4, 7e-4))
+
+
+def test_a_shape_that_no_frame_shows_whole_is_doubted() -> None:
+    frames = clip(lambda k: StillBody(80.2, 50.0 + 6 * k, RADIUS), 16)
+    ground = ground_of(frames)
+    dry = [item._replace(fit=item.fit._replace(arc_fraction=0.8)) for item in air(frames, ground) if item.fit]
+    wet = [Sighting(item.frame, "ok", item.fit, free_fit=item.fit, wet=True, line=LINE) for item in dry]
+    found = check_shape(frames, ground, dry, wet, "accurate")
+    assert found.radius_ratio == 1.0
+    assert 0.004 < found.radius_ratio_unc < 0.02
+    assert 0.001 < found.stretch_doubt(LINE) < 0.005
+    assert 0.03 < found.bottom_offset_px < 0.2

@@ -30,6 +30,8 @@ FEWEST_FRAMES = 3
 SIGNIFICANT, FORMAL = 4.0, 0.5
 LEFT_OVER = 0.35
 SHORT_LINE = 0.6
+# Where no frame in air shows a whole outline nobody knows the shape: so much of the radius do moulded spheres depart.
+UNSEEN = 0.002
 RADIUS_PER_WAVE = 4.0  # relative change of the radius that half an outline tells
 MOST_LEARNT = 24
 # What the stretch of an outline that is no ellipse means, its half-width or that of the ellipse: doubted by this share
@@ -117,7 +119,8 @@ def check_shape(
     if not lines:
         return NO_CHECK
     if len(whole) < FEWEST_FRAMES:
-        return _by_the_waves(shape, whole[0].fit.radius_px if whole and whole[0].fit is not None else 0.0)
+        radius_px = next((item.fit.radius_px for item in dry if item.ok and item.fit is not None), 0.0)
+        return _by_the_waves(shape if whole else Shape(doubt=math.hypot(shape.doubt, UNSEEN)), radius_px)
     chosen = [whole[round(index)] for index in np.linspace(0, len(whole) - 1, min(len(whole), MOST_FRAMES))]
     line = float(np.median(lines))
     spheres = [sphere for item in chosen if (sphere := _read_sphere(frames, ground, item, level)) is not None]
