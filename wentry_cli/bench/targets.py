@@ -9,6 +9,7 @@ from contextlib import suppress
 from wentry_cli.bench.mechanics_targets import list_mechanics
 from wentry_cli.bench.outline_cases import find_case
 from wentry_cli.bench.row import BenchRow
+from wentry_cli.bench.speed_targets import list_speed
 from wentry_cli.bench.target import Target
 
 OURS = "wentry accurate"
@@ -56,7 +57,7 @@ def list_targets(rows: list[BenchRow]) -> list[Target]:
     for part in (_contours, _separation, _pinch_off):
         with suppress(KeyError):  # a case was not run
             targets += part(known)
-    return targets + list_mechanics(rows)
+    return targets + list_mechanics(rows) + list_speed(rows)
 
 
 def _contours(rows: Rows) -> list[Target]:
