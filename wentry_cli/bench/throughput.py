@@ -7,6 +7,7 @@ also measured against the number of frames, and that of a campaign against the n
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -72,6 +73,8 @@ def run(quick: bool, seed: int) -> list[BenchRow]:
                 folder, raw = Path(name) / case.copy, folder
                 write_copy(raw, folder, case.copy)
             rows += _measure(case.name, folder)
+            if case.copy:
+                shutil.rmtree(folder)  # gigabytes
             if case is CASES[0]:
                 rows += _first_frames(case.name, folder)
         rows += _campaign(campaign, Path(name) / "results")

@@ -32,7 +32,7 @@ OUTPUT = click.Path(file_okay=False, path_type=Path)  # said before an hour is s
     help="Chapters at a time; whole recordings are measured alone.",
 )
 @click.option("--seed", default=20170412, show_default=True, help="Seed of the test cases.")
-@click.option("-o", "--output", type=OUTPUT, help="Renew accuracy.md and its figures in this folder.")
+@click.option("-o", "--output", type=OUTPUT, help="Renew accuracy.md in this folder; chapters not measured stay.")
 @click.option(
     "--ball", type=click.Path(exists=True, path_type=Path), help="Recording of a falling ball (.cihx) for that chapter."
 )
