@@ -239,6 +239,24 @@ def test_bench_says_before_it_measures_where_it_cannot_write(tmp_path: Path) -> 
     assert "nowhere.cihx" in wentry("bench", "--ball", "nowhere.cihx", cwd=tmp_path).stderr
 
 
+def test_bench_renews_one_chapter_of_a_page(tmp_path: Path) -> None:
+    kept = tmp_path / "page" / "accuracy_pinch_off.csv"
+    kept.parent.mkdir()
+    head = "chapter,case,method,quantity,unit,bias,rmse,ratio_to_bound,failures,time_us,note,items\n"
+    text = head + "pinch_off,exponent 0.5,wentry,t_p,frames,0.0165,0.0812,,0,1.312e+04,,200\n"
+    kept.write_text(text, encoding="utf-8")
+    quick = wentry("bench", "--chapter", "ball", "--quick", "-o", "page", cwd=tmp_path)
+    assert quick.returncode == 4
+    assert "page: holds chapters measured in full" in quick.stderr
+    assert sorted(path.name for path in kept.parent.iterdir()) == [kept.name]
+    done = wentry("bench", "--chapter", "ball", "-o", "page", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    page = (kept.parent / "accuracy.md").read_text(encoding="utf-8")
+    assert page.index("- Pinch-off: an earlier run") < page.index("- A real ball: `wentry bench --chapter ball --seed")
+    assert page.index("| exponent 0.5, wentry | 0.0165 | 0.0812 |") < page.index("## A real ball")
+    assert kept.read_text(encoding="utf-8") == text
+
+
 def test_bench_measures_chapters_beside_each_other_and_says_so(tmp_path: Path) -> None:
     words = ("--quick", "-j", "2", "--chapter", "solvers", "--chapter", "ball", "-o", "page", "--json")
     done = wentry("bench", *words, cwd=tmp_path)

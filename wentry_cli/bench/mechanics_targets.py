@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 
 from wentry_cli.bench.calibrations import ADDED_MASS, COMPRESSION, FLOW, RATIO
 from wentry_cli.bench.row import BenchRow
@@ -25,7 +26,8 @@ def list_mechanics(rows: list[BenchRow]) -> list[Target]:
     for chapter, part in parts.items():
         found = {(row.case, row.method, row.quantity): row for row in rows if row.chapter == chapter}
         if found:
-            targets += part(found)
+            with suppress(KeyError):  # a case was not run
+                targets += part(found)
     return targets
 
 

@@ -7,8 +7,11 @@ import io
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any, get_type_hints
 
 from wentry_cli.bench.row import BenchRow
+from wentry_cli.errors import InputError
 
 HEAD = "| case | method | quantity | bias | RMSE | RMSE / bound | pull | failures | µs per item | note |"
 RULE = "|" + "---|" * 10
@@ -28,7 +31,7 @@ def write_rows(rows: Iterable[BenchRow]) -> list[str]:
 
 
 def csv_of(rows: Iterable[BenchRow]) -> str:
-    """All fields of all rows, comma separated, numbers with four digits; empty where there is none."""
+    """All fields of all rows, comma separated, numbers with all their digits; empty where there is none."""
     text = io.StringIO()
     names = [field.name for field in fields(BenchRow)]
     writer = csv.DictWriter(text, names, lineterminator="\n")
@@ -41,7 +44,24 @@ def csv_of(rows: Iterable[BenchRow]) -> str:
 def _cell(value: object) -> object:
     if not isinstance(value, float):
         return value
-    return f"{value:.4g}" if math.isfinite(value) else ""
+    return "" if math.isnan(value) else repr(float(value))
+
+
+def read_csv(path: Path) -> list[BenchRow]:
+    """The rows that ``csv_of`` wrote; a column that an earlier version did not have is as if never measured.
+
+    Raises ``InputError`` where the file is no such table.
+    """
+    kinds = get_type_hints(BenchRow)
+    try:
+        lines = list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8"))))
+        return [BenchRow(**{name: _value(kinds[name], cell) for name, cell in line.items()}) for line in lines]
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{path}: is not a table of wentry bench; move it away or measure its chapter anew") from error
+
+
+def _value(kind: type, cell: str) -> Any:
+    return math.nan if kind is float and not cell else kind(cell)
 
 
 def figure(value: float, digits: int = 3) -> str:

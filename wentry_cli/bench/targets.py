@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 
 from wentry_cli.bench.mechanics_targets import list_mechanics
 from wentry_cli.bench.outline_cases import find_case
 from wentry_cli.bench.row import BenchRow
+from wentry_cli.bench.speed_targets import list_speed
 from wentry_cli.bench.target import Target
 
 OURS = "wentry accurate"
@@ -49,17 +51,19 @@ class Rows:
 
 
 def list_targets(rows: list[BenchRow]) -> list[Target]:
-    """The targets whose chapters were run in full; empty for a quick run."""
+    """The targets of the chapters that were run in full; none of a quick run."""
     known = Rows(rows)
-    try:
-        contours = _contours(known) if known.has("contours") else []
-        mechanics = list_mechanics(rows)
-    except KeyError:
-        return []
-    return contours + _separation(known) + _pinch_off(known) + mechanics
+    targets: list[Target] = []
+    for part in (_contours, _separation, _pinch_off):
+        with suppress(KeyError):  # a case was not run
+            targets += part(known)
+    return targets + list_mechanics(rows) + list_speed(rows)
 
 
 def _contours(rows: Rows) -> list[Target]:
+    if not rows.has("contours"):
+        return []
+
     def ratio(row: BenchRow) -> float:
         return row.ratio_to_bound
 

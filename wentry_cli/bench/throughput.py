@@ -1,20 +1,29 @@
 """Whole recordings: frames per second of decoding alone, of `track` and of `wentry process`, with the bottom's error.
 
-The peer is the usual recipe on the same frames: flat field, half level, largest contour, cv2.fitEllipse.
+The peer is the usual recipe on the same frames: flat field, half level, largest contour, cv2.fitEllipse. The time is
+also measured against the number of frames, and that of a campaign against the number of processes.
 """
 
 from __future__ import annotations
 
+import os
+import shutil
+import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from wentry_cli.bench.row import BenchRow
+from wentry_cli.bench.speed_clips import SpeedCase, write_copy
 from wentry_cli.config.campaign import Drop, read_drop
 from wentry_cli.frames.decoded import decoded_once
 from wentry_cli.frames.formats import open_recording
@@ -23,14 +32,25 @@ from wentry_cli.synthetic.campaign import render_drop
 from wentry_cli.synthetic.scene import Scene
 from wentry_cli.tables import read_table
 
+Floats = NDArray[np.float64]
 MATERIAL = {"g_inf_pa": 6900.0, "g_t_pa": 6900.0, "n": -0.1902, "eps0_dot_1_s": 0.021}
-FORMATS = {
-    "mraw 12 bit packed, R 60 px": ("mraw", 12, 60.0),
-    "mraw 12 bit packed, R 102 px": ("mraw", 12, 102.0),
-    "mraw 8 bit, R 60 px": ("mraw", 8, 60.0),
-    "tiff 16 bit, R 60 px": ("tiff", 16, 60.0),
-    "png 8 bit, R 60 px": ("png", 8, 60.0),
-}
+CASES = (
+    SpeedCase("raw 8 bit, R 60 px", 8, 60.0),
+    SpeedCase("raw 12 bit packed, R 60 px", 12, 60.0),
+    SpeedCase("raw 16 bit, R 60 px", 16, 60.0),
+    SpeedCase("raw 8 bit, R 125 px", 8, 125.0),
+    SpeedCase("raw 12 bit packed, R 125 px", 12, 125.0),
+    SpeedCase("tiff 16 bit, R 60 px", 16, 60.0, "tiff"),
+    SpeedCase("png 8 bit, R 60 px", 8, 60.0, "png"),
+    SpeedCase("avi 8 bit, R 60 px", 8, 60.0, "avi"),
+)
+QUICK = (CASES[0], CASES[1], CASES[-1])
+DECODING, TRACKING, PROCESSING = "decoding alone", "wentry track, ", "wentry process"
+RECIPE = "threshold + cv2.fitEllipse"
+PARTS = (0.25, 0.5)  # of the frames of the first case
+FIRST_FRAMES = ": first "  # between the name of the case and the number of frames
+PROCESSES = (1, 2)
+CAMPAIGN = " raw drops"
 LEVELS = ("accurate", "fast")
 PROCESS = (ingest, track, cavity, stretch, kinematics)
 REPEATS = 3
@@ -38,14 +58,26 @@ GROSS_MM = 5.0  # a fifth of the radius: such a bottom is not that of the sphere
 
 
 def run(quick: bool, seed: int) -> list[BenchRow]:
-    """One row a format and method: time per frame of 1024 x 1024 pixels on one core, files in the page cache."""
-    chosen = dict(list(FORMATS.items())[:1]) if quick else FORMATS
+    """Rows by format and method, of the first frames alone, and of all raw drops on one and two processes.
+
+    Frames have 1024 x 1024 pixels and lie in the page cache; one core, but for the last.
+    """
     rows: list[BenchRow] = []
     with tempfile.TemporaryDirectory() as name:
-        for case, (kind, bits, radius_px) in chosen.items():
-            folder = Path(name) / f"{kind}{bits}_{radius_px:.0f}"
-            render_drop(bench_scene(kind, bits, seed, quick, radius_px), folder)
-            rows += _measure(case, folder)
+        campaign = Path(name) / "campaign"
+        for case in QUICK if quick else CASES:
+            folder = campaign / case.raw
+            if not folder.is_dir():
+                render_drop(bench_scene("mraw", case.bits, seed, quick, case.radius_px), folder)
+            if case.copy:
+                folder, raw = Path(name) / case.copy, folder
+                write_copy(raw, folder, case.copy)
+            rows += _measure(case.name, folder)
+            if case.copy:
+                shutil.rmtree(folder)  # gigabytes
+            if case is CASES[0]:
+                rows += _first_frames(case.name, folder)
+        rows += _campaign(campaign, Path(name) / "results")
     return rows
 
 
@@ -82,29 +114,68 @@ def _drop(folder: Path, level: str) -> Drop:
     drop = read_drop("bench", folder)
     analysis = drop.experiment.analysis.model_copy(update={"tracking": level})
     experiment = drop.experiment.model_copy(update={"analysis": analysis})
-    return Drop(drop.name, drop.folder, experiment, drop.material, drop.materials_path)
+    return replace(drop, experiment=experiment)
 
 
 def _measure(case: str, folder: Path) -> list[BenchRow]:
     truth = pd.read_csv(folder / "truth" / "truth.csv")
     drops = {level: _drop(folder, level) for level in LEVELS}
-    rows = [_row(case, "decoding alone", _timed(lambda: _decode(folder)), None, truth)]
+    results = folder / "results"
+    rows = [_row(case, DECODING, _timed(lambda: _decode(folder)), None, truth)]
+    _process(results, drops[LEVELS[0]])  # compiles, and writes what track reads
     for level, drop in drops.items():
-        results = folder / f"results_{level}"
-        _process(results, drop)  # compiles, and writes what track reads
-        seconds = _timed(lambda drop=drop, results=results: track.run(results, drop))  # type: ignore[misc]
-        rows.append(_row(case, f"wentry track, {level}", seconds, read_table(results, "side"), truth))
-    results = folder / f"results_{LEVELS[0]}"
-    runs = [_process(results, drops[LEVELS[0]]) for _ in range(REPEATS)]
-    split = {name: float(np.median([run[name] for run in runs])) for name in runs[0]}
+        seconds = _median_process(results, drop, (track,))["track"]
+        rows.append(_row(case, f"{TRACKING}{level}", seconds, read_table(results, "side"), truth))
+    split = _median_process(results, drops[LEVELS[0]])
     note = ", ".join(f"{name} {seconds:.2f} s" for name, seconds in split.items())
-    rows.append(_row(case, "wentry process", sum(split.values()), read_table(results, "side"), truth, note))
+    rows.append(_row(case, PROCESSING, sum(split.values()), read_table(results, "side"), truth, note))
     geometry = read_table(results, "geometry").iloc[0]
-    bottoms = _threshold_recipe(folder)
-    metres = (geometry["surface_y_px"] - bottoms) / geometry["scale_px_per_m"]
+    found: list[Floats] = []
+    seconds = _timed(lambda: found.append(_threshold_recipe(folder)))
+    metres = (geometry["surface_y_px"] - found[0]) / geometry["scale_px_per_m"]
     measured = pd.DataFrame({"y_b_m": metres, "status": "ok"})
-    seconds = _timed(lambda: _threshold_recipe(folder))
-    rows.append(_row(case, "threshold + cv2.fitEllipse", seconds, measured, truth))
+    rows.append(_row(case, RECIPE, seconds, measured, truth))
+    return rows
+
+
+def _first_frames(case: str, folder: Path) -> list[BenchRow]:
+    """`track` and `wentry process` on the first part of the frames."""
+    truth = pd.read_csv(folder / "truth" / "truth.csv")
+    rows = []
+    for part in PARTS:
+        count = int(part * len(truth))
+        drop, results = _cut(_drop(folder, LEVELS[0]), count), folder / f"results_{count}"
+        _process(results, drop)  # writes what track reads
+        tracked = _median_process(results, drop, (track,))["track"]
+        processed = sum(_median_process(results, drop).values())
+        side, known = read_table(results, "side"), truth.head(count)
+        for method, seconds in ((f"{TRACKING}{LEVELS[0]}", tracked), (PROCESSING, processed)):
+            rows.append(_row(f"{case}{FIRST_FRAMES}{count} frames", method, seconds, side, known))
+    return rows
+
+
+def _cut(drop: Drop, count: int) -> Drop:
+    """The drop with the first ``count`` frames of its side view alone."""
+    side = drop.view("side").model_copy(update={"frames": (0, count - 1)})
+    views = drop.experiment.views.model_copy(update={"side": side})
+    return replace(drop, experiment=drop.experiment.model_copy(update={"views": views}))
+
+
+def _campaign(campaign: Path, results: Path) -> list[BenchRow]:
+    """Wall time of the command `wentry process`, its start included, median of three; on as many processes as told."""
+    drops = sorted(path.parent for path in campaign.glob("*/experiment.yaml"))
+    truth = pd.concat([pd.read_csv(drop / "truth" / "truth.csv") for drop in drops])
+    rows = []
+    for jobs in PROCESSES:
+        taken = []
+        for repeat in range(REPEATS):
+            words = ["process", str(campaign), "-o", str(results / f"{jobs}_{repeat}"), "-q", "-j", str(jobs)]
+            started = time.perf_counter()
+            subprocess.run([sys.executable, "-m", "wentry_cli.cli.main", *words], check=True)
+            taken.append(time.perf_counter() - started)
+        method = f"{PROCESSING} -j {jobs}"
+        told = f"wall time, {os.cpu_count()} cores"
+        rows.append(_row(f"{len(drops)}{CAMPAIGN}", method, float(np.median(taken)), None, truth, told))
     return rows
 
 
@@ -118,11 +189,16 @@ def _timed(work: Callable[[], Any]) -> float:
     return float(np.median(taken))
 
 
-def _process(results: Path, drop: Drop) -> dict[str, float]:
-    """Run the stages of `wentry process`; processor time of each in seconds."""
+def _median_process(results: Path, drop: Drop, stages: tuple[ModuleType, ...] = PROCESS) -> dict[str, float]:
+    runs = [_process(results, drop, stages) for _ in range(REPEATS)]
+    return {name: float(np.median([run[name] for run in runs])) for name in runs[0]}
+
+
+def _process(results: Path, drop: Drop, stages: tuple[ModuleType, ...] = PROCESS) -> dict[str, float]:
+    """Run stages as `wentry process` does, each frame decoded once; processor time of each in seconds."""
     taken = {}
     with decoded_once(results):
-        for stage in PROCESS:
+        for stage in stages:
             started = time.process_time()
             stage.run(results, drop)
             taken[stage.__name__.rpartition(".")[2]] = time.process_time() - started
@@ -140,7 +216,7 @@ def _source(folder: Path) -> Path:
     return read_drop("bench", folder).source_path("side")
 
 
-def _threshold_recipe(folder: Path) -> np.ndarray[Any, np.dtype[np.float64]]:
+def _threshold_recipe(folder: Path) -> Floats:
     """Lowest point of cv2.fitEllipse on the largest contour at half level of the whole flat-fielded frame, in px.
 
     The flat field is the brightest that each pixel gets in every 25th frame.
@@ -179,4 +255,5 @@ def _row(
     told = f"{len(truth) / seconds:.0f} frames/s" + (f": {note}" if note else "")
     time_us = 1e6 * seconds / len(truth)
     nan = float("nan")
-    return BenchRow("throughput", case, method, "y_b", "mm", bias, rmse, nan, failures, time_us, told)
+    items = len(truth)
+    return BenchRow("throughput", case, method, "y_b", "mm", bias, rmse, nan, failures, time_us, told, items=items)

@@ -32,7 +32,7 @@ OUTPUT = click.Path(file_okay=False, path_type=Path)  # said before an hour is s
     help="Chapters at a time; whole recordings are measured alone.",
 )
 @click.option("--seed", default=20170412, show_default=True, help="Seed of the test cases.")
-@click.option("-o", "--output", type=OUTPUT, help="Write accuracy.md and its figures into this folder.")
+@click.option("-o", "--output", type=OUTPUT, help="Renew accuracy.md in this folder; chapters not measured stay.")
 @click.option(
     "--ball", type=click.Path(exists=True, path_type=Path), help="Recording of a falling ball (.cihx) for that chapter."
 )
@@ -47,13 +47,18 @@ def command(
     from functools import partial
     from multiprocessing import get_context
 
+    from wentry_cli.bench.kept import Chapter, check_folder, renew
     from wentry_cli.bench.page import write_page
     from wentry_cli.bench.table import HEAD, RULE, write_rows
     from wentry_cli.cli.console import show_json
+    from wentry_cli.provenance import environment
     from wentry_cli.runner.work import single_threaded
 
+    if output is not None:
+        check_folder(output, quick)
     measure = partial(_chapter, quick=quick, seed=seed, ball=ball)
-    wanted = chapters or CHAPTERS
+    # without a recording of the ball that chapter of the page stays as it is
+    wanted = chapters or tuple(name for name in CHAPTERS if ball is not None or name != "ball")
     found: dict[str, list[BenchRow]] = {}
     for count, group in ((jobs, [name for name in wanted if name not in ALONE]), (1, [*ALONE])):
         names = [name for name in group if name in wanted]
@@ -68,7 +73,10 @@ def command(
         words = ["wentry bench", *(f"--chapter {name}" for name in chapters), *(["--quick"] if quick else [])]
         words += [f"-j {jobs}"] if jobs > 1 else []  # chapters beside each other share the caches: times are longer
         words += [f"--ball {ball.name}"] if ball is not None else []
-        click.echo(str(write_page(rows, output, " ".join([*words, f"--seed {seed}"]))), err=True)
+        versions = ", ".join(f"{name} {version}" for name, version in environment().items())
+        maker = (" ".join([*words, f"--seed {seed}"]), versions)
+        kept = renew(output, [Chapter(name, found[name], maker) for name in wanted], CHAPTERS)
+        click.echo(str(write_page(kept, output, wanted)), err=True)
         for name in wanted:
             module = importlib.import_module(f"wentry_cli.bench.{name}")
             if hasattr(module, "draw"):  # a figure of its own in place of time against error
