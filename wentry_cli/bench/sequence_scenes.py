@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +47,16 @@ class Rendered:
         scale = self.numbers["scale_px_per_m"]
         return self.numbers["surface_y_px"] - scale * row.y_c_m, 0.5 * scale * SMALL["diameter_m"]
 
+    def bottom_row(self) -> NDArray[np.float64]:
+        """Row of the lowest point in each frame of the side view, as seen through the water below the surface."""
+        y_b, scale = self.frames["y_b_m"].to_numpy(float), self.numbers["scale_px_per_m"]
+        row: NDArray[np.float64] = self.numbers["surface_y_px"] - scale * y_b
+        axis = self.numbers["optical_axis_y_px"]
+        if axis is None:
+            return row
+        seen = axis + (row - axis) * self.numbers["scale_water_px_per_m"] / scale
+        return np.asarray(np.where(y_b < 0.0, seen, row))
+
 
 Spoil = Callable[[Rendered], Rendered]
 
@@ -69,13 +80,13 @@ def hide(clip: Rendered) -> Rendered:
     return replace(clip, frames=frames)
 
 
-def add_ball(clip: Rendered) -> Rendered:
-    """A smaller dark ball falls beside the sphere and overtakes it."""
+def add_ball(clip: Rendered, aside: float) -> Rendered:
+    """A smaller dark ball overtakes the sphere, ``aside`` R from its axis and nearer to the camera."""
     _, radius = clip.place(clip.frames.iloc[0])
     theta = np.linspace(0.0, 2.0 * np.pi, 90, endpoint=False)
     for number, path in enumerate(clip.files):
         levels = _read(path)
-        x, y = 0.5 * (levels.shape[1] - 1) + 2.8 * radius, -40.0 + 4.5 * number
+        x, y = 0.5 * (levels.shape[1] - 1) + aside * radius, -40.0 + 4.5 * number
         edge = np.column_stack([x + 0.5 * radius * np.cos(theta), y + 0.5 * radius * np.sin(theta)])
         cover = _cover(levels.shape, edge)
         _write(path, levels * (1.0 - 0.9 * cover))
@@ -110,7 +121,7 @@ def _cover(shape: tuple[int, ...], edge: NDArray[np.float64]) -> NDArray[np.floa
     """Which share of each pixel lies within a closed outline (x, y), blurred by 1 px."""
     mask = np.zeros(shape, np.uint8)
     cv2.fillPoly(mask, [np.round(16.0 * edge).astype(np.int32)], 255, cv2.LINE_AA, 4)
-    return cv2.GaussianBlur(mask.astype(np.float64) / 255.0, (0, 0), 1.0)
+    return np.asarray(cv2.GaussianBlur(mask / 255.0, (0, 0), 1.0), np.float64)
 
 
 @dataclass(frozen=True)
@@ -128,10 +139,10 @@ class HardSequence:
         return Scene.model_validate(BASE | self.keys | {"name": "bench", "seed": seed})
 
 
-CLOSURE = ("pinch_off",)
+CLOSURE, IMPACT = ("pinch_off",), ("impact",)
 SEQUENCES = (
     HardSequence("hot pixels", {"switches": {"hot_pixels": 200}}),
-    HardSequence("frames missing, numbers tell", {"switches": {"dropped_frames": [9, 60, 61]}}),
+    HardSequence("frames missing, numbers tell", {"switches": {"dropped_frames": [9, 60, 61]}}, events=IMPACT),
     HardSequence("frames missing, numbered anew", spoil=renumber),
     HardSequence("flicker of 10 %", {"switches": {"flicker": 0.1}}),
     HardSequence(
@@ -142,9 +153,11 @@ SEQUENCES = (
     HardSequence(
         "surface band, meniscus, reflection",
         {"switches": {"surface_band_px": 14.0, "surface_band_uneven": 0.3, "mirror_image": True, "wet_scale": 1.05}},
+        events=IMPACT,
     ),
     HardSequence("a bar stands in view", {"switches": {"second_object": True}}),
-    HardSequence("another ball falls beside", spoil=add_ball),
+    HardSequence("another ball falls beside", spoil=partial(add_ball, aside=2.8)),
+    HardSequence("another ball passes the edge", spoil=partial(add_ball, aside=0.9)),
     HardSequence(
         "top view, before and after dome-over",
         {

@@ -5,33 +5,35 @@ from __future__ import annotations
 import math
 import tempfile
 import time
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from wentry_cli.bench.row import BenchRow
 from wentry_cli.bench.sequence_scenes import SEQUENCES, HardSequence, Rendered
-from wentry_cli.comparison.statistics import error_statistics
 from wentry_cli.config.campaign import read_drop
 from wentry_cli.config.places import read_document
 from wentry_cli.errors import WentryError
 from wentry_cli.frames.decoded import decoded_once
 from wentry_cli.stages import cavity, ingest, track
 from wentry_cli.synthetic.campaign import render_drop
-from wentry_cli.synthetic.scene import Scene
+from wentry_cli.synthetic.scene import Camera, Scene
 from wentry_cli.tables import has_table, read_table
 
+FloatArray = NDArray[np.float64]
 STAGES = (ingest, track, cavity)
 # Called ok with an error beyond this many uncertainties and this many pixels: false.
 FALSE_SIGMA, FALSE_PX = 5.0, 0.1
 # Event, its time in truth.yaml, and its word there.
-EVENTS = {"pinch_off": ("t_p_s", "seal_type"), "dome_over": ("dome_over_s", "")}
+EVENTS = {"impact": ("impact_time_s", ""), "pinch_off": ("t_p_s", "seal_type"), "dome_over": ("dome_over_s", "")}
 
 
 def run(quick: bool, seed: int) -> list[BenchRow]:
-    """Rows of y_b and λ a sequence; ``quick`` takes two of them."""
+    """Rows of y_b, its row in the picture, and λ, a sequence; ``quick`` takes two of them."""
     rows = []
     with tempfile.TemporaryDirectory() as name:
         for number, sequence in enumerate(SEQUENCES[:2] if quick else SEQUENCES):
@@ -51,19 +53,44 @@ def measure(sequence: HardSequence, seed: int, folder: Path) -> list[BenchRow]:
     found = pd.DataFrame({"frame": clip.frames["frame"]})
     if has_table(results, sequence.view):
         found = found.merge(read_table(results, sequence.view), on="frame", how="left")
-    stretch_px = 0.5 * scene.sphere.diameter_m * camera.scale_px_per_m
-    quantities = {"y_b_m": ("y_b", "px", camera.scale_px_per_m), "stretch": ("stretch", "1", stretch_px)}
     told = [refusal, _count_words(found), *(_tell_event(event, results, clip, camera.fps) for event in sequence.events)]
-    note = "; ".join(text for text in told if text)
-    rows = []
-    for column, (quantity, unit, scale_px) in quantities.items():
-        if column in clip.frames:
-            in_view = len(found) if sequence.view == "top" else _in_view(clip, camera.height)
-            head = {"chapter": "sequences", "case": sequence.name, "method": "wentry", "quantity": quantity}
-            numbers = _compare(found, clip.frames, column, scale_px, scale_px if unit == "px" else 1.0)
-            rows.append(BenchRow(**head, **numbers, unit=unit, in_view=in_view, time_us=spent_us, note=note))
-            note = ""
-    return rows
+    in_view = len(found) if sequence.view == "top" else _in_view(clip, camera.height)
+    rows = [
+        BenchRow(
+            chapter="sequences",
+            case=sequence.name,
+            method="wentry",
+            ratio_to_bound=math.nan,
+            time_us=spent_us,
+            note="; ".join(text for text in told if text),
+            in_view=in_view,
+            **_compare(found, clip.frames, quantity),
+        )
+        for quantity in _quantities(clip, scene, camera, sequence.view)
+    ]
+    return [rows[0], *(replace(row, note="") for row in rows[1:])]
+
+
+@dataclass(frozen=True)
+class _Quantity:
+    """A name and unit, the column that has it, its truth, the factor to the unit, and that to pixels."""
+
+    name: str
+    unit: str
+    column: str
+    truth: FloatArray
+    scale: float
+    scale_px: float
+
+
+def _quantities(clip: Rendered, scene: Scene, camera: Camera, view: str) -> list[_Quantity]:
+    """The height y_b with all of its uncertainty, the row of the bottom with that of the frame alone, and λ."""
+    scale, radius_m = camera.scale_px_per_m, 0.5 * scene.sphere.diameter_m
+    stretch = _Quantity("stretch", "1", "stretch", clip.frames["stretch"].to_numpy(float), 1.0, radius_m * scale)
+    if view == "top":
+        return [stretch]
+    height = _Quantity("y_b", "px", "y_b_m", clip.frames["y_b_m"].to_numpy(float), scale, scale)
+    return [height, _Quantity("bottom_y", "px", "bottom_y_px", clip.bottom_row(), 1.0, 1.0), stretch]
 
 
 def _render(sequence: HardSequence, scene: Scene, folder: Path) -> Rendered:
@@ -93,31 +120,31 @@ def _in_view(clip: Rendered, height: int) -> int:
     return int(((bottom > 0.0) & (top < height - 1.0)).sum())
 
 
-def _compare(found: pd.DataFrame, truth: pd.DataFrame, column: str, scale_px: float, unit: float) -> dict[str, Any]:
+def _compare(found: pd.DataFrame, frames: pd.DataFrame, quantity: _Quantity) -> dict[str, Any]:
     """Errors over the frames that are called ok, whether the truth calls them measurable or not."""
     status = found["status"] if "status" in found else pd.Series("", found.index)
-    ok, can = (status == "ok").to_numpy(bool), (truth["measurable"] == 1).to_numpy()
-    true = truth[column].to_numpy(float)
+    ok, can = (status == "ok").to_numpy(bool), (frames["measurable"] == 1).to_numpy()
     measured, unc = (
         found[name].to_numpy(float) if name in found else np.full(len(found), math.nan)
-        for name in (column, f"{column}_unc")
+        for name in (quantity.column, f"{quantity.column}_unc")
     )
-    errors = error_statistics(measured, true, unc, ok)
-    off = np.abs(measured - true)[ok]
-    false = (off > FALSE_SIGMA * unc[ok]) & (off * scale_px > FALSE_PX)
-    measured_share = float(ok[can].mean()) if can.any() else math.nan
+    error = (measured - quantity.truth)[ok]
+    pull, nothing = error / unc[ok], not ok.any()
+    false = (np.abs(pull) > FALSE_SIGMA) & (np.abs(error) * quantity.scale_px > FALSE_PX)
+    share = float(ok[can].mean()) if can.any() else math.nan
     return {
-        "bias": unit * errors.bias,
-        "rmse": unit * errors.rmse,
-        "ratio_to_bound": math.nan,
-        "failures": 1.0 - measured_share,
-        "pull": errors.pull,
-        "beyond_3": errors.beyond_3,
-        "measured": measured_share,
-        "false_ok": float(false.mean()) if ok.any() else math.nan,
+        "quantity": quantity.name,
+        "unit": quantity.unit,
+        "bias": math.nan if nothing else quantity.scale * float(error.mean()),
+        "rmse": math.nan if nothing else quantity.scale * float(np.sqrt(np.mean(error**2))),
+        "failures": 1.0 - share,
+        "pull": math.nan if nothing else float(np.sqrt(np.mean(pull**2))),
+        "beyond_3": math.nan if nothing else float(np.mean(np.abs(pull) > 3.0)),
+        "measured": share,
+        "false_ok": math.nan if nothing else float(false.mean()),
         "items": int(can.sum()),
         "unmeasurable_ok": float(ok[~can].mean()) if not can.all() else math.nan,
-        "worst": float((off / unc[ok]).max()) if ok.any() else math.nan,
+        "worst": math.nan if nothing else float(np.abs(pull).max()),
     }
 
 
@@ -130,18 +157,30 @@ def _count_words(found: pd.DataFrame) -> str:
 
 
 def _tell_event(event: str, results: Path, clip: Rendered, fps: float) -> str:
-    """What events.csv says beside the truth: word, status, how many frames and uncertainties its time is off."""
+    """What the tables say of an event beside the truth: status, word, how many frames and uncertainties it is off."""
     time_key, word_key = EVENTS[event]
     name, wanted = event.replace("_", "-"), clip.numbers[time_key]
-    happens = wanted is not None and wanted <= clip.frames["t_s"].max()
-    truth = f"truth {clip.numbers[word_key] if word_key else 'within the clip'}" if happens else "truth after the clip"
-    table = read_table(results, "events") if has_table(results, "events") else pd.DataFrame({"event": []})
-    rows = table[table["event"] == event]
+    rows = _rows_of(event, results)
     if rows.empty:
-        return f"{name} no row, {truth}"
+        return f"{name} not told"
     row = rows.iloc[0]
-    said = f"{name} {row['status']}" + (f", {row['value']}" if isinstance(row["value"], str) else "")
-    if not happens or not np.isfinite(row["t_s"]):
-        return f"{said}, {truth}"
+    said = f"{name} {row['status']}" + (f", {row['value']}" if word_key and isinstance(row["value"], str) else "")
+    if wanted is None or wanted > clip.frames["time_s" if event == "impact" else "t_s"].max():
+        return f"{said} (truth: after the clip)"
+    truth = f" (truth: {clip.numbers[word_key]})" if word_key else ""
+    if not np.isfinite(row["t_s"]):
+        return f"{said}{truth}, no time"
     off = row["t_s"] - wanted
-    return f"{said}, {truth}, off by {off * fps:+.2f} frames ({abs(off) / row['t_s_unc']:.1f} unc)"
+    return f"{said}{truth}, off by {off * fps:+.2f} frames ({abs(off) / row['t_s_unc']:.1f} unc)"
+
+
+def _rows_of(event: str, results: Path) -> pd.DataFrame:
+    """Rows of events.csv; t_s of the impact counts from the first frame."""
+    if not has_table(results, "events"):
+        return pd.DataFrame()
+    events = read_table(results, "events")
+    rows = events[events["event"] == event]
+    if event == "impact":
+        view = read_table(results, "geometry").iloc[0]
+        return rows.assign(t_s=view["impact_time_s"], t_s_unc=view["impact_time_s_unc"])
+    return rows
