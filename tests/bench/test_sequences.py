@@ -13,7 +13,6 @@ from wentry_cli.bench import sequences
 from wentry_cli.bench.page import write_page
 from wentry_cli.bench.row import BenchRow
 from wentry_cli.bench.sequence_scenes import SEQUENCES
-from wentry_cli.tables import read_table
 
 
 @pytest.fixture(scope="module")
@@ -43,8 +42,7 @@ def test_the_page_has_a_line_a_sequence(rows: list[BenchRow], tmp_path: Path) ->
 
 def _measured(name: str, folder: Path) -> pd.DataFrame:
     sequence = next(item for item in SEQUENCES if item.name == name)
-    sequences.measure(sequence, 3, folder)
-    return read_table(folder / "results", "side")
+    return sequences.measure(sequence, 3, folder).found
 
 
 def test_a_sphere_behind_spray_is_not_measured_and_found_again(tmp_path: Path) -> None:
@@ -62,13 +60,13 @@ def test_frames_numbered_anew_leave_the_files_without_a_gap(tmp_path: Path) -> N
 
 def test_what_is_called_ok_and_wrong_is_counted() -> None:
     truth = np.arange(10.0)
-    frames = pd.DataFrame({"frame": range(10), "measurable": [1] * 8 + [0] * 2})
+    can = np.arange(10) < 8
     found = pd.DataFrame({"frame": range(10), "bottom_y_px": truth, "bottom_y_px_unc": 0.01, "status": "ok"})
     found.loc[3, "bottom_y_px"] += 0.2
     found.loc[4, "bottom_y_px"] += 0.08  # far beyond its uncertainty, and too little to matter
     found.loc[[5, 9], "status"] = "occluded"
-    quantity = sequences._Quantity("bottom_y", "px", "bottom_y_px", truth, 1.0, 1.0)
-    said = sequences._compare(found, frames, quantity)
+    quantity = sequences.Quantity("bottom_y", "px", "bottom_y_px", truth, 1.0, 1.0)
+    said = sequences._compare(found, can, quantity)
     assert said["false_ok"] == pytest.approx(1 / 8)
     assert said["worst"] == pytest.approx(20.0)
     assert said["measured"] == pytest.approx(7 / 8)
@@ -77,8 +75,17 @@ def test_what_is_called_ok_and_wrong_is_counted() -> None:
 
 
 def test_a_drop_that_was_refused_has_failed() -> None:
-    frames = pd.DataFrame({"frame": range(4), "measurable": 1})
-    quantity = sequences._Quantity("bottom_y", "px", "bottom_y_px", np.arange(4.0), 1.0, 1.0)
-    said = sequences._compare(frames[["frame"]], frames, quantity)
+    quantity = sequences.Quantity("bottom_y", "px", "bottom_y_px", np.arange(4.0), 1.0, 1.0)
+    said = sequences._compare(pd.DataFrame({"frame": range(4)}), np.full(4, True), quantity)
     assert said["failures"] == 1.0
     assert math.isnan(said["rmse"])
+
+
+def test_drops_of_a_sequence_are_counted_together(tmp_path: Path) -> None:
+    drops = [sequences.measure(SEQUENCES[1], seed, tmp_path / str(seed)) for seed in (3, 4)]
+    one, both = sequences.list_rows("one", drops[:1])[0], sequences.list_rows("both", drops)[0]
+    assert both.items == sum(drop.can.sum() for drop in drops)
+    assert both.in_view == sum(drop.in_view for drop in drops) > one.in_view
+    assert "6 gap" in both.note
+    assert one.note.count("+") + one.note.count("-") == 1
+    assert both.note.count("+") + both.note.count("-") == 2

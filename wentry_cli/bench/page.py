@@ -52,12 +52,13 @@ itself (else it lies behind the sphere). Those far above the middle of a flat sp
 Drops filmed from the side and from above, tracked as `wentry process` does. Errors of λ in the frames in which the
 crown leaves the whole circle to see.""",
     "sequences": """\
-A drop of a soft sphere (R 36 px) each, 2000 frames/s, 8 bit, 1 % noise, through the stages up to `cavity`, against the
-renderer's truth. *Measurable* are frames that show at least a fifth of the outline, which is no more than a rule: of
-the others those that are called ok need not be wrong. *False ok*: called ok, measurable or not, with an error beyond
+Three drops each of a soft sphere (R 36 px), 2000 frames/s, 8 bit, 1 % noise, through the stages up to `cavity`, against
+the renderer's truth. *Measurable* are frames that show at least a fifth of the outline, which is no more than a rule:
+of the others those that are called ok need not be wrong. *False ok*: called ok, measurable or not, with an error beyond
 five stated uncertainties and 0.1 px. Errors are over all frames called ok. The bottom is counted in rows of the
 picture, with the uncertainty of its frame; y_b also has what all frames share, above all where in its dark band the
-surface lies, and is listed without its pull. *Worst* is the largest error over its uncertainty.""",
+surface lies, and is listed without its pull. *Worst* is the largest error over its uncertainty. *Said*: frames by their
+status, and events.""",
     "ball": """\
 A 2.5 mm ball at 30 000 frames/s (FASTCAM Nova, 12 bit packed) before a back light that clips. Centres must lie on a
 parabola; χ² has the interval of 95 %. What is stated also holds errors that are the same in every frame (the ball is no

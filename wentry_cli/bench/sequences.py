@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.bench.row import BenchRow
 from wentry_cli.bench.sequence_scenes import SEQUENCES, HardSequence, Rendered
+from wentry_cli.bench.table import DASH, figure
 from wentry_cli.config.campaign import read_drop
 from wentry_cli.config.places import read_document
 from wentry_cli.errors import WentryError
@@ -26,53 +27,15 @@ from wentry_cli.tables import has_table, read_table
 
 FloatArray = NDArray[np.float64]
 STAGES = (ingest, track, cavity)
+DROPS = 3  # of a sequence: noise, droplets and bubbles of each are its own
 # Called ok with an error beyond this many uncertainties and this many pixels: false.
 FALSE_SIGMA, FALSE_PX = 5.0, 0.1
 # Event, its time in truth.yaml, and its word there.
 EVENTS = {"impact": ("impact_time_s", ""), "pinch_off": ("t_p_s", "seal_type"), "dome_over": ("dome_over_s", "")}
 
 
-def run(quick: bool, seed: int) -> list[BenchRow]:
-    """Rows of y_b, its row in the picture, and λ, a sequence; ``quick`` takes two of them."""
-    rows = []
-    with tempfile.TemporaryDirectory() as name:
-        for number, sequence in enumerate(SEQUENCES[:2] if quick else SEQUENCES):
-            rows += measure(sequence, seed + number, Path(name) / f"sequence{number}")
-    return rows
-
-
-def measure(sequence: HardSequence, seed: int, folder: Path) -> list[BenchRow]:
-    """Render a sequence into ``folder``, process it and hold it against its truth."""
-    scene = sequence.scene(seed)
-    clip = _render(sequence, scene, folder)
-    results, started = folder / "results", time.process_time()
-    refusal = _process(folder, results)
-    spent_us = 1e6 * (time.process_time() - started) / len(clip.frames)
-    camera = scene.top if sequence.view == "top" else scene.side
-    assert camera is not None
-    found = pd.DataFrame({"frame": clip.frames["frame"]})
-    if has_table(results, sequence.view):
-        found = found.merge(read_table(results, sequence.view), on="frame", how="left")
-    told = [refusal, _count_words(found), *(_tell_event(event, results, clip, camera.fps) for event in sequence.events)]
-    in_view = len(found) if sequence.view == "top" else _in_view(clip, camera.height)
-    rows = [
-        BenchRow(
-            chapter="sequences",
-            case=sequence.name,
-            method="wentry",
-            ratio_to_bound=math.nan,
-            time_us=spent_us,
-            note="; ".join(text for text in told if text),
-            in_view=in_view,
-            **_compare(found, clip.frames, quantity),
-        )
-        for quantity in _quantities(clip, scene, camera, sequence.view)
-    ]
-    return [rows[0], *(replace(row, note="") for row in rows[1:])]
-
-
 @dataclass(frozen=True)
-class _Quantity:
+class Quantity:
     """A name and unit, the column that has it, its truth, the factor to the unit, and that to pixels."""
 
     name: str
@@ -83,14 +46,99 @@ class _Quantity:
     scale_px: float
 
 
-def _quantities(clip: Rendered, scene: Scene, camera: Camera, view: str) -> list[_Quantity]:
+@dataclass(frozen=True)
+class Event:
+    """What the tables say of an event, and how many frames and uncertainties its time is off (NaN: no time)."""
+
+    said: str
+    off_frames: float = math.nan
+    sigmas: float = math.nan
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A drop of a sequence: table of the view, which frames can be measured, quantities, events, time in µs."""
+
+    found: pd.DataFrame
+    can: NDArray[np.bool_]
+    quantities: list[Quantity]
+    events: dict[str, Event]
+    in_view: int
+    spent_us: float
+    refusal: str = ""
+
+
+def run(quick: bool, seed: int) -> list[BenchRow]:
+    """Rows of y_b, its row in the picture, and λ, a sequence; ``quick`` takes one drop of two of them."""
+    rows = []
+    with tempfile.TemporaryDirectory() as name:
+        for number, sequence in enumerate(SEQUENCES[:2] if quick else SEQUENCES):
+            places = [Path(name) / f"sequence{number}_{drop}" for drop in range(1 if quick else DROPS)]
+            drops = [measure(sequence, seed + 100 * k + number, place) for k, place in enumerate(places)]
+            rows += list_rows(sequence.name, drops)
+    return rows
+
+
+def measure(sequence: HardSequence, seed: int, folder: Path) -> Measured:
+    """Render a drop of a sequence into ``folder`` and process it there."""
+    scene = sequence.scene(seed)
+    clip = _render(sequence, scene, folder)
+    results, started = folder / "results", time.process_time()
+    refusal = _process(folder, results)
+    spent_us = 1e6 * (time.process_time() - started)
+    camera = scene.top if sequence.view == "top" else scene.side
+    assert camera is not None
+    found = clip.frames[["frame"]]
+    if has_table(results, sequence.view):
+        found = found.merge(read_table(results, sequence.view), on="frame", how="left")
+    return Measured(
+        found,
+        (clip.frames["measurable"] == 1).to_numpy(bool),
+        _quantities(clip, scene, camera, sequence.view),
+        {event: _find_event(event, results, clip, camera.fps) for event in sequence.events},
+        len(found) if sequence.view == "top" else _in_view(clip, camera.height),
+        spent_us,
+        refusal,
+    )
+
+
+def list_rows(case: str, drops: list[Measured]) -> list[BenchRow]:
+    """A row a quantity over the frames of all drops; the first also has what was said."""
+    found = pd.concat([drop.found for drop in drops], ignore_index=True)
+    can = np.concatenate([drop.can for drop in drops])
+    told = [*(drop.refusal for drop in drops), _count_words(found)]
+    told += [_tell_event(event, [drop.events[event] for drop in drops]) for event in drops[0].events]
+    rows = [
+        BenchRow(
+            chapter="sequences",
+            case=case,
+            method="wentry",
+            quantity=quantity.name,
+            unit=quantity.unit,
+            ratio_to_bound=math.nan,
+            time_us=sum(drop.spent_us for drop in drops) / len(found),
+            note="; ".join(text for text in told if text),
+            in_view=sum(drop.in_view for drop in drops),
+            **_compare(found, can, quantity),
+        )
+        for quantity in map(_pool, zip(*(drop.quantities for drop in drops), strict=True))
+    ]
+    return [rows[0], *(replace(row, note="") for row in rows[1:])]
+
+
+def _pool(quantities: tuple[Quantity, ...]) -> Quantity:
+    """One quantity of several drops, the frames of each behind those of the one before."""
+    return replace(quantities[0], truth=np.concatenate([quantity.truth for quantity in quantities]))
+
+
+def _quantities(clip: Rendered, scene: Scene, camera: Camera, view: str) -> list[Quantity]:
     """The height y_b with all of its uncertainty, the row of the bottom with that of the frame alone, and λ."""
     scale, radius_m = camera.scale_px_per_m, 0.5 * scene.sphere.diameter_m
-    stretch = _Quantity("stretch", "1", "stretch", clip.frames["stretch"].to_numpy(float), 1.0, radius_m * scale)
+    stretch = Quantity("stretch", "1", "stretch", clip.frames["stretch"].to_numpy(float), 1.0, radius_m * scale)
     if view == "top":
         return [stretch]
-    height = _Quantity("y_b", "px", "y_b_m", clip.frames["y_b_m"].to_numpy(float), scale, scale)
-    return [height, _Quantity("bottom_y", "px", "bottom_y_px", clip.bottom_row(), 1.0, 1.0), stretch]
+    height = Quantity("y_b", "px", "y_b_m", clip.frames["y_b_m"].to_numpy(float), scale, scale)
+    return [height, Quantity("bottom_y", "px", "bottom_y_px", clip.bottom_row(), 1.0, 1.0), stretch]
 
 
 def _render(sequence: HardSequence, scene: Scene, folder: Path) -> Rendered:
@@ -120,10 +168,10 @@ def _in_view(clip: Rendered, height: int) -> int:
     return int(((bottom > 0.0) & (top < height - 1.0)).sum())
 
 
-def _compare(found: pd.DataFrame, frames: pd.DataFrame, quantity: _Quantity) -> dict[str, Any]:
+def _compare(found: pd.DataFrame, can: NDArray[np.bool_], quantity: Quantity) -> dict[str, Any]:
     """Errors over the frames that are called ok, whether the truth calls them measurable or not."""
     status = found["status"] if "status" in found else pd.Series("", found.index)
-    ok, can = (status == "ok").to_numpy(bool), (frames["measurable"] == 1).to_numpy()
+    ok = (status == "ok").to_numpy(bool)
     measured, unc = (
         found[name].to_numpy(float) if name in found else np.full(len(found), math.nan)
         for name in (quantity.column, f"{quantity.column}_unc")
@@ -133,8 +181,6 @@ def _compare(found: pd.DataFrame, frames: pd.DataFrame, quantity: _Quantity) -> 
     false = (np.abs(pull) > FALSE_SIGMA) & (np.abs(error) * quantity.scale_px > FALSE_PX)
     share = float(ok[can].mean()) if can.any() else math.nan
     return {
-        "quantity": quantity.name,
-        "unit": quantity.unit,
         "bias": math.nan if nothing else quantity.scale * float(error.mean()),
         "rmse": math.nan if nothing else quantity.scale * float(np.sqrt(np.mean(error**2))),
         "failures": 1.0 - share,
@@ -156,22 +202,27 @@ def _count_words(found: pd.DataFrame) -> str:
     return ", ".join(f"{count} {word}" for word, count in counts.items())
 
 
-def _tell_event(event: str, results: Path, clip: Rendered, fps: float) -> str:
-    """What the tables say of an event beside the truth: status, word, how many frames and uncertainties it is off."""
+def _find_event(event: str, results: Path, clip: Rendered, fps: float) -> Event:
+    """An event in the tables beside the truth: its status and word, and how far its time is off."""
     time_key, word_key = EVENTS[event]
-    name, wanted = event.replace("_", "-"), clip.numbers[time_key]
-    rows = _rows_of(event, results)
+    wanted, rows = clip.numbers[time_key], _rows_of(event, results)
     if rows.empty:
-        return f"{name} not told"
+        return Event("not told")
     row = rows.iloc[0]
-    said = f"{name} {row['status']}" + (f", {row['value']}" if word_key and isinstance(row["value"], str) else "")
+    said = str(row["status"]) + (f", {row['value']}" if word_key and isinstance(row["value"], str) else "")
     if wanted is None or wanted > clip.frames["time_s" if event == "impact" else "t_s"].max():
-        return f"{said} (truth: after the clip)"
-    truth = f" (truth: {clip.numbers[word_key]})" if word_key else ""
-    if not np.isfinite(row["t_s"]):
-        return f"{said}{truth}, no time"
+        return Event(f"{said} (truth: after the clip)")
+    said += f" (truth: {clip.numbers[word_key]})" if word_key else ""
     off = row["t_s"] - wanted
-    return f"{said}{truth}, off by {off * fps:+.2f} frames ({abs(off) / row['t_s_unc']:.1f} unc)"
+    return Event(said, off * fps, abs(off) / row["t_s_unc"])
+
+
+def _tell_event(event: str, found: list[Event]) -> str:
+    """``pinch-off ok, deep_seal (truth: deep_seal), off by +0.1, –, +0.0 frames (0.3, –, 0.1 unc)``, a drop each."""
+    said = " or ".join(dict.fromkeys(item.said for item in found))
+    off = ", ".join(f"{item.off_frames:+.2f}" if math.isfinite(item.off_frames) else DASH for item in found)
+    sigmas = ", ".join(figure(item.sigmas, 2) for item in found)
+    return f"{event.replace('_', '-')} {said}, off by {off} frames ({sigmas} unc)"
 
 
 def _rows_of(event: str, results: Path) -> pd.DataFrame:
