@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.bench.row import BenchRow
 from wentry_cli.bench.sequence_scenes import SEQUENCES, HardSequence, Rendered
-from wentry_cli.bench.table import DASH, figure
+from wentry_cli.bench.table import DASH
 from wentry_cli.config.campaign import read_drop
 from wentry_cli.config.places import read_document
 from wentry_cli.errors import WentryError
@@ -218,10 +218,13 @@ def _find_event(event: str, results: Path, clip: Rendered, fps: float) -> Event:
 
 
 def _tell_event(event: str, found: list[Event]) -> str:
-    """``pinch-off ok, deep_seal (truth: deep_seal), off by +0.1, –, +0.0 frames (0.3, –, 0.1 unc)``, a drop each."""
+    """``pinch-off ok, deep_seal (truth: deep_seal), off by +0.1, –, +0.0 frames (0.3, –, 0.1 unc)``: a drop each."""
     said = " or ".join(dict.fromkeys(item.said for item in found))
-    off = ", ".join(f"{item.off_frames:+.2f}" if math.isfinite(item.off_frames) else DASH for item in found)
-    sigmas = ", ".join(figure(item.sigmas, 2) for item in found)
+    timed = [math.isfinite(item.off_frames) for item in found]
+    if not any(timed):
+        return f"{event.replace('_', '-')} {said}"
+    off = ", ".join(f"{item.off_frames:+.2f}" if told else DASH for item, told in zip(found, timed, strict=True))
+    sigmas = ", ".join(f"{item.sigmas:.1f}" if told else DASH for item, told in zip(found, timed, strict=True))
     return f"{event.replace('_', '-')} {said}, off by {off} frames ({sigmas} unc)"
 
 
