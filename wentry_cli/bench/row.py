@@ -15,7 +15,9 @@ class BenchRow:
     without a result or grossly wrong; ``time_us`` is the median time per item in microseconds. Where a method states
     an uncertainty, ``pull`` is the standard deviation of (estimate − truth)/uncertainty and ``beyond_3`` the share
     beyond 3. ``measured`` is the share of items with a result, ``false_ok`` the share that was called good with an
-    error far beyond its uncertainty, ``items`` their number, and ``held`` the share that 95 % intervals hold.
+    error far beyond its uncertainty, ``items`` their number, and ``held`` the share that 95 % intervals hold. Of a
+    sequence ``in_view`` is the number of frames with a sphere, ``unmeasurable_ok`` the share called good of those that
+    cannot be measured, and ``worst`` the largest |error|/uncertainty.
     """
 
     chapter: str
@@ -35,3 +37,6 @@ class BenchRow:
     false_ok: float = math.nan
     items: int = 0
     held: float = math.nan
+    in_view: int = 0
+    unmeasurable_ok: float = math.nan
+    worst: float = math.nan

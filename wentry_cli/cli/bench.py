@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from wentry_cli.bench.row import BenchRow
 
 CHAPTERS = (
-    "contours", "separation", "pinch_off", "top_clips", "ball",
+    "contours", "separation", "pinch_off", "top_clips", "sequences", "ball",
     "smoothers", "delta_u", "solvers", "extremes", "calibrations", "throughput",
 )  # fmt: skip
 ALONE = ("throughput",)  # measures how fast the machine is when nothing else runs
