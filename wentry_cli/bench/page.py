@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
+from itertools import groupby
 from pathlib import Path
 
 from wentry_cli.bench.figures import draw_chapter
