@@ -8,7 +8,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, NamedTuple, cast
 
 from wentry_cli.config.campaign import Drop
 from wentry_cli.runner.drop import Event, Failure, Report, run_drop
@@ -24,6 +24,13 @@ class Hands:
 
     jobs: int = 1
     cluster: str | None = None
+
+
+class Worker(NamedTuple):
+    """A process and the name of the drop that it is at work on, empty where it waits for one."""
+
+    process: SpawnProcess
+    drop: str
 
 
 def run_campaign(work: Work, drops: list[Drop], hands: Hands, report: Report) -> list[Failure]:
@@ -45,44 +52,65 @@ def _in_order(drops: list[Drop], found: Iterator[Failure]) -> list[Failure]:
 
 
 def _side_by_side(work: Work, drops: list[Drop], jobs: int, report: Report) -> Iterator[Failure]:
-    context = multiprocessing.get_context("spawn")
+    """One process a job, each with one drop after the other: to start one takes as long as many a drop."""
     waiting = list(reversed(drops))
-    running: dict[Connection, tuple[SpawnProcess, str]] = {}
+    running = dict(_start(work, waiting.pop()) for _ in range(min(jobs, len(drops))))
     try:
-        while waiting or running:
-            while waiting and len(running) < jobs:
-                drop = waiting.pop()
-                ours, theirs = context.Pipe(duplex=False)
-                process = context.Process(target=_in_child, args=(work, drop.record(), theirs), daemon=True)
-                process.start()
-                theirs.close()
-                running[ours] = (process, drop.name)
-            for ready in wait(list(running)):
-                yield from _hear(ready, running, report)  # type: ignore[arg-type]
+        while running:
+            for ready in cast("list[Connection]", wait(list(running))):
+                yield from _hear(ready, running, report)
+                worker = running.get(ready)
+                if worker is not None and worker.drop:
+                    continue
+                if worker is not None and waiting:
+                    running[ready] = _give(worker.process, ready, waiting.pop())
+                elif worker is not None:
+                    ready.send(None)
+                    del running[ready]
+                    worker.process.join()
+                elif waiting:  # it broke down over its drop, and the others go on in another
+                    running |= dict([_start(work, waiting.pop())])
     finally:
-        for process, _ in running.values():
-            process.terminate()
+        for worker in running.values():
+            worker.process.terminate()
 
 
-def _hear(pipe: Connection, running: dict[Connection, tuple[SpawnProcess, str]], report: Report) -> Iterator[Failure]:
+def _start(work: Work, drop: Drop) -> tuple[Connection, Worker]:
+    """A new process at work on a drop, and the pipe to it."""
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=_in_child, args=(work, theirs), daemon=True)
+    process.start()
+    theirs.close()
+    return ours, _give(process, ours, drop)
+
+
+def _give(process: SpawnProcess, pipe: Connection, drop: Drop) -> Worker:
+    pipe.send(drop.record())
+    return Worker(process, drop.name)
+
+
+def _hear(pipe: Connection, running: dict[Connection, Worker], report: Report) -> Iterator[Failure]:
+    """Pass on what a process says: an event, a failure, or ``None`` where its drop is done."""
     process, name = running[pipe]
     try:
         message = pipe.recv()
-    except EOFError:
+    except (EOFError, OSError):
         process.join()
         del running[pipe]
-        if process.exitcode:
-            sentence = f"its process ended with code {process.exitcode}; run it alone with --drop {name} to see why"
-            report(Event(name, "", "failed", sentence))
-            yield Failure(name, "", 1, sentence)
+        sentence = f"its process ended with code {process.exitcode}; run it alone with --drop {name} to see why"
+        report(Event(name, "", "failed", sentence))
+        yield Failure(name, "", 1, sentence)
         return
     if isinstance(message, Event):
         report(message)
     elif isinstance(message, Failure):
         yield message
+    else:
+        running[pipe] = Worker(process, "")
 
 
-def _in_child(work: Work, record: dict[str, Any], pipe: Connection) -> None:
+def _in_child(work: Work, pipe: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent hears Ctrl-C and ends its children
     single_threaded()
     last_tick = 0.0
@@ -95,7 +123,9 @@ def _in_child(work: Work, record: dict[str, Any], pipe: Connection) -> None:
         last_tick = now if event.what == "tick" else last_tick
         pipe.send(event)
 
-    failure = run_drop(work.results, Drop.from_record(record), work.stages, work.choice, send)
-    if failure is not None:
-        pipe.send(failure)
+    while (record := pipe.recv()) is not None:
+        failure = run_drop(work.results, Drop.from_record(record), work.stages, work.choice, send)
+        if failure is not None:
+            pipe.send(failure)
+        pipe.send(None)
     pipe.close()
