@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from wentry_cli.contours.ellipse import EllipseShape
+from wentry_cli.contours.fitting import HALF_GATED
 from wentry_cli.errors import FrameUnreadableError
 from wentry_cli.imaging.background import Background, cut_patch
 from wentry_cli.imaging.detection import find_bottom, find_lowest_cap
@@ -22,6 +23,7 @@ GIVEN_UP_AFTER = 60
 LARGEST_JUMP = 0.3
 STRETCHES = (1.0, 1.2, 0.85, 1.4)
 STRETCHES_LOST = (*STRETCHES, 1.65, 1.85, 2.05, 0.75)  # a soft sphere that was lost may have any
+LARGEST_STRETCH, STRETCH_A_FRAME = 0.05, 0.01  # beside what was expected, of a sphere that is mostly hidden
 LATE_FRAMES, RISEN_PX = 3, 3.0
 UNREADABLE = {"bad_frame", "gap"}
 
@@ -87,6 +89,9 @@ def _jumps(sighting: Sighting, path: Path, expected: EllipseShape) -> bool:
     shape = _remembered(sighting, path.radius)
     late = abs(sighting.frame - path.frames[-1])
     allowed = LARGEST_JUMP * path.radius + 2.0 * late
+    deformed = 0.0 if sighting.circle else abs(shape.stretch - expected.stretch)
+    if sighting.fit.gated_fraction > HALF_GATED and deformed > LARGEST_STRETCH + STRETCH_A_FRAME * late:
+        return True  # where more is hidden than seen, bubbles may lie on an ellipse of their own
     sideways = shape.x - expected.x
     moved = shape.y - expected.y if sighting.circle else shape.bottom_y - expected.bottom_y
     if late > LATE_FRAMES:
