@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from wentry_cli.bench import sequences
+from wentry_cli.bench.kept import Chapter
 from wentry_cli.bench.page import write_page
 from wentry_cli.bench.row import BenchRow
 from wentry_cli.bench.sequence_scenes import SEQUENCES
@@ -35,7 +36,7 @@ def test_rows_of_two_sequences(rows: list[BenchRow]) -> None:
 
 
 def test_the_page_has_a_line_a_sequence(rows: list[BenchRow], tmp_path: Path) -> None:
-    page = write_page(rows, tmp_path, "wentry bench").read_text(encoding="utf-8")
+    page = write_page([Chapter("sequences", rows)], tmp_path, ["sequences"]).read_text(encoding="utf-8")
     assert "## Hard sequences" in page
     assert sum(line.startswith("| frames missing, numbers tell |") for line in page.splitlines()) == 1
 
