@@ -1,4 +1,4 @@
-"""The text of a large table of numbers: nine significant digits, as ``%.9g`` gives them, a tenth of its time.
+"""The text of a large table of numbers: nine significant digits, as ``%.9g`` gives them, in compiled code.
 
 A double times a power of ten that is one itself errs by half of its last bit. Where that leaves open which way a number
 is rounded, and for very small and very large ones, the caller is asked.

@@ -4,12 +4,14 @@ import numpy as np
 
 from tests.tracking.clips import SHAPE, clip, ground_of
 from wentry_cli.contours.ellipse import EllipseShape
+from wentry_cli.contours.fitting import assemble_fit
 from wentry_cli.errors import FrameUnreadableError
 from wentry_cli.imaging.background import Background
 from wentry_cli.synthetic.still import StillBody
 from wentry_cli.tracking.flight import air_plan
-from wentry_cli.tracking.follow import Watch, follow
+from wentry_cli.tracking.follow import Watch, _jumps, follow
 from wentry_cli.tracking.prediction import Path
+from wentry_cli.tracking.sighting import Sighting
 from wentry_cli.tracking.source import FrameArray
 
 RADIUS = 22.0
@@ -97,3 +99,20 @@ def test_a_poor_last_sighting_does_not_lead_astray_sideways() -> None:
     path.add(2, EllipseShape(87.0, body(2).center_y_px, RADIUS))
     seen = follow(FrameArray(values), ground, path, range(3, 24), air_plan(SHAPE), Watch(search_from_px=0.0))
     assert sum(item.ok for item in seen if item.frame >= 15) >= 7
+
+
+def _seen(stretch: float, gated: float) -> Sighting:
+    shape = EllipseShape(50.0, 80.0, 30.0, stretch)
+    nothing = np.zeros((5, 5))
+    quality = {"blur": 1.0, "arc": 0.5, "gated": gated, "residual": 0.01}
+    return Sighting(5, "ok", assemble_fit(shape, nothing, quality, "ok"))
+
+
+def test_a_sphere_that_is_mostly_hidden_keeps_its_shape_from_frame_to_frame() -> None:
+    path = Path(30.0)
+    for frame in (3, 4):
+        path.add(frame, EllipseShape(50.0, 80.0, 30.0, 1.0))
+    expected = EllipseShape(50.0, 80.0, 30.0, 1.0)
+    assert _jumps(_seen(1.12, gated=0.65), path, expected)  # bubbles on an ellipse of their own
+    assert not _jumps(_seen(1.04, gated=0.65), path, expected)
+    assert not _jumps(_seen(1.12, gated=0.2), path, expected)

@@ -71,7 +71,9 @@ scale.""",
 A drop filmed from the side, frames of 1024 × 1024 from the page cache, processor time on one core. The files with one
 sphere hold the same scene; PNG has the fastest compression, AVI is motion JPEG. *Decoding alone* reads every frame
 whole. *process* is all stages at the accurate level; what is compressed is decoded once, in *track* too. The recipe
-thresholds the flat-fielded frame at half level and fits an ellipse to its largest contour.""",
+thresholds the flat-fielded frame at half level and fits an ellipse to its largest contour. The sphere is in
+view in a part of the frames only, and those after it has left cost little: the slope of seconds against frames is not
+the time of a measured frame.""",
 }
 INTRODUCTION = """\
 Errors are against truths that the methods did not see; times are medians of the processor time on one core and count

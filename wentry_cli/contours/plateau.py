@@ -27,6 +27,7 @@ from wentry_cli.contours.likelihood import (
     OUTSIDE,
     look_up,
 )
+from wentry_cli.contours.sectors import LEAST_PIXELS
 from wentry_cli.imaging.order_statistics import median_of
 
 Floats = NDArray[np.float64]
@@ -36,7 +37,7 @@ PLATEAU_PX = 5.5
 # Sums over the pixels of one sector and side: their number, levels l, distances d, and products of these.
 N, L, LL, D, LD, DSQUARE, MOMENTS = 0, 1, 2, 3, 4, 5, 6
 INNER, OUTER = 0, 1
-FEWEST_SECTORS, LEAST_NUMBER, LEAST_PIXELS = 5, 4.0, 12
+FEWEST_SECTORS, LEAST_NUMBER = 5, 4.0
 # Pixels within of a sharp bend get narrow: the distance over the radius of curvature up to which they count.
 DEEPEST = 0.7
 # A plateau is left out where its mean or its scatter is so many standard deviations off those of the others.
