@@ -13,13 +13,23 @@ SECTORS, PIXELS, NOISE = 60, 24, 0.01
 DARK, BRIGHT = 0.1, 1.0
 
 
-def sums_of(rng: np.random.Generator, *, off: np.ndarray, extra: np.ndarray, noise: float = NOISE) -> np.ndarray:
-    """Sums over an error-function edge whose inner level is wrong by ``off`` and noise larger by ``extra``."""
+def sums_of(
+    rng: np.random.Generator,
+    *,
+    off: np.ndarray,
+    extra: np.ndarray,
+    noise: float = NOISE,
+    shift: np.ndarray | None = None,
+) -> np.ndarray:
+    """Sums over an error-function edge whose inner level is wrong by ``off`` and noise larger by ``extra``.
+
+    It lies ``shift`` (px) farther outside than expected.
+    """
     from scipy.special import ndtr
 
     distance = np.tile(np.linspace(-5.0, 5.0, PIXELS), SECTORS)
-    step = ndtr(distance / 1.1)
     sector = np.repeat(np.arange(SECTORS), PIXELS)
+    step = ndtr((distance - (0.0 if shift is None else shift[sector])) / 1.1)
     levels = DARK + (BRIGHT - DARK) * step + off[sector] * (1.0 - step)
     levels += noise * extra[sector] * rng.normal(size=levels.size)
     state = np.zeros((SECTORS, STATE))
@@ -59,3 +69,22 @@ def test_more_noise_everywhere_leaves_no_sector_out() -> None:
         sums_of(rng, off=np.zeros(SECTORS), extra=np.full(SECTORS, 2.2)), np.full(2, 1e-6), 60.0, False, True, verdict
     )
     assert np.mean(verdict[:, WEIGHT] > 0.9) > 0.95
+
+
+def test_what_lies_farther_outside_is_doubted_more_where_much_is_hidden() -> None:
+    shift = np.zeros(SECTORS)
+    shift[20], shift[30] = 0.06, -0.06
+    kept = {}
+    for hidden in (0, 15):
+        extra = np.ones(SECTORS)
+        extra[40 : 40 + hidden] = 4.0
+        weights = []
+        for seed in range(20):
+            verdict = np.zeros((SECTORS, VERDICT))
+            sums = sums_of(np.random.default_rng(seed), off=np.zeros(SECTORS), extra=extra, shift=shift)
+            judge(sums, np.full(2, 1e-6), 60.0, False, False, verdict)
+            weights.append(verdict[[20, 30], WEIGHT])
+        kept[hidden] = np.mean(weights, axis=0)
+    assert kept[0].min() > 0.3
+    assert kept[15][0] < 0.6 * kept[0][0]
+    assert kept[15][1] == pytest.approx(kept[0][1], abs=0.1)
