@@ -88,11 +88,11 @@ def test_the_band_holds_each_pixel_once_and_no_other():
     count, table, _ = sectors(shape)
     values = np.arange(90 * 100, dtype=np.float32).reshape(90, 100)
     values[40, 5:40] = math.nan
-    pixels, starts, masked = collect_band(values, shape.vector(), count, table, np.array([4.0, 4.0, 20.0, math.nan]))
+    pixels, starts, places = collect_band(values, shape.vector(), count, table, np.array([4.0, 4.0, 20.0, math.nan]))
     rows = pixels[1].astype(int) // 100
     assert len(set(pixels[1])) == pixels.shape[1] == starts[-1]
     assert rows.min() >= 20
-    assert masked > 0
+    assert np.array_equal(pixels[1], values.reshape(-1)[places])
     c, s = math.cos(math.radians(7.0)), math.sin(math.radians(7.0))
     expected = 0
     for row in range(20, 90):

@@ -153,8 +153,8 @@ def ellipse_distances(a: float, b: float, across: Floats, along: Floats, distanc
 @compiled
 def collect_band(
     values: NDArray[np.float32], shape: Floats, count: int, table: Floats, limits: Floats
-) -> tuple[Floats, Ints, int]:
-    """Distances and grey levels (2, n) sector by sector, where each sector starts, and the number of masked pixels.
+) -> tuple[Floats, Ints, Ints]:
+    """Distances and grey levels (2, n) sector by sector, where each sector starts, and where in ``values`` they are.
 
     ``limits`` holds the inner and outer half-width of the band (px), the top row that may be used, and the level that
     masked pixels outside of the edge are taken to have (NaN: they are left out).
@@ -167,12 +167,10 @@ def collect_band(
     ellipse_distances(a, b, across, along, distance, share)
     sectors = np.full(total, -1)
     starts = np.zeros(4 * count + 1, dtype=np.int64)
-    masked = 0
     for n in range(total):
         if not (-limits[0] <= distance[n] <= limits[1]):
             continue
         if math.isnan(levels[n]):
-            masked += 1
             levels[n] = limits[3] if distance[n] > 0.0 else math.nan
             if math.isnan(levels[n]):
                 continue
@@ -181,9 +179,14 @@ def collect_band(
     for k in range(4 * count):
         starts[k + 1] += starts[k]
     pixels, filled = np.empty((2, starts[4 * count])), starts.copy()
-    for n in range(total):
-        if sectors[n] >= 0:
-            place = filled[sectors[n]]
-            filled[sectors[n]] += 1
-            pixels[0, place], pixels[1, place] = distance[n], levels[n]
-    return pixels, starts, masked
+    places = np.empty(starts[4 * count], dtype=np.int64)
+    n = 0
+    for k in range(runs.shape[0]):
+        first = runs[k, 0] * values.shape[1] + runs[k, 1]
+        for m in range(runs[k, 2] - runs[k, 1]):
+            if sectors[n] >= 0:
+                place = filled[sectors[n]]
+                filled[sectors[n]] += 1
+                pixels[0, place], pixels[1, place], places[place] = distance[n], levels[n], first + m
+            n += 1
+    return pixels, starts, places

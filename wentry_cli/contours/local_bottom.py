@@ -116,13 +116,14 @@ def cap_band(band: Band, place: Floats) -> tuple[Band, Floats]:
         for i in range(5):
             rows[n, J + i] = 0.0 if off else place[k] ** i
         starts[n + 1] = starts[n] + (0 if off else band.starts[k + 1] - band.starts[k])
-    pixels = np.empty((2, starts[number]))
+    pixels, sources = np.empty((2, starts[number])), np.empty(starts[number], dtype=np.int64)
     for n in range(number):
         first = band.starts[chosen[n]]
         for m in range(starts[n + 1] - starts[n]):
             pixels[0, starts[n] + m] = band.pixels[0, first + m]
             pixels[1, starts[n] + m] = band.pixels[1, first + m]
-    return Band(pixels, starts, plateaus, rows, band.scene, band.settings), places
+            sources[starts[n] + m] = band.places[first + m]
+    return Band(pixels, starts, sources, plateaus, rows, band.scene, band.settings), places
 
 
 @compiled

@@ -28,6 +28,8 @@ from wentry_cli.contours.sectors import (
     LEVEL_OUT,
     LN_S,
     NUISANCES,
+    TOLERANCE_OF_R,
+    TOLERANCE_PX,
     VERDICT,
     WEIGHT,
     assemble,
@@ -35,6 +37,7 @@ from wentry_cli.contours.sectors import (
     level_spread,
     set_state,
 )
+from wentry_cli.contours.spoilt import without_spoilt
 from wentry_cli.contours.turning import no_turn, pixel_turn, wants_tilt
 
 Floats = NDArray[np.float64]
@@ -47,6 +50,8 @@ REACH_SIGMA, LEAST_BLUR, WIDER = 4.2, 1.0, 1.25
 SETTLED_PX = 0.004
 RECOLLECT_PX = 0.25
 ROUNDS = 6
+# Share of the outline left out from which it is worth looking at single pixels.
+HIDDEN_SHARE = 0.02
 COLLECTIONS = 4
 # Entries of the report of `refine_shape`.
 STATUS, BLUR, ARC, GATED, RESIDUAL, IN, OUT, WAVES, REPORT = 0, 1, 2, 3, 4, 5, 6, 7, 8
@@ -56,12 +61,14 @@ SINGULAR, LOST = 1.0, 2.0
 class Band(NamedTuple):
     """Pixels about the outline, sector by sector, where each sector starts, and what the scene is like.
 
-    ``plateaus`` are the moments of what lies beyond them (see `plateau`). ``scene`` holds centre (x, y), radius and
-    motion (x, y); ``settings`` the top row, the motion (x, y), the ceiling and 1 where outliers lie outside only.
+    ``places`` says where in the patch, read line by line, a pixel is. ``plateaus`` are the moments of what lies beyond
+    them (see `plateau`). ``scene`` holds centre (x, y), radius and motion (x, y); ``settings`` the top row, the motion
+    (x, y), the ceiling and 1 where outliers lie outside only.
     """
 
     pixels: Floats
     starts: Ints
+    places: Ints
     plateaus: Floats
     rows: Floats
     scene: Floats
@@ -121,14 +128,14 @@ def gather_band(values: NDArray[np.float32], shape: Floats, settings: Floats, re
     rows = arc_geometry(shape, sector_angles(count, table))
     motion = 0.5 * math.hypot(settings[1], settings[2])
     limits = np.array([min(reach + motion, 0.5 * min(a, b)), reach + motion, settings[0], masked])
-    pixels, starts, _ = collect_band(values, shape, count, table, limits)
+    pixels, starts, places = collect_band(values, shape, count, table, limits)
     # outside of a sphere seen from above stands the splash ring; levels do not tell where the edge of clipped light is
     clipped = settings[3] < math.inf
     far = 0.0 if settings[4] > 0.0 or clipped else limits[1] + PLATEAU_PX
     deep = 0.0 if clipped else min(limits[0] + PLATEAU_PX, 0.5 * min(a, b))
     plateaus = sum_plateaus(values, rows, starts, (limits[0], deep), (limits[1], far), settings[0])
     scene = np.array([shape[0], shape[1], shape[2], settings[1], settings[2]])
-    return Band(pixels, starts, plateaus, rows, scene, settings)
+    return Band(pixels, starts, places, plateaus, rows, scene, settings)
 
 
 @compiled
@@ -179,6 +186,30 @@ def solve_band(band: Band, belief: Belief, free: Ints, patience: int) -> tuple[F
 
 
 @compiled
+def regain(
+    values: NDArray[np.float32], shape: Floats, reach: float, band: Band, moved: Floats, belief: Belief, free: Ints
+) -> tuple[Band, Floats, Floats, Floats]:
+    """Solve again with the sectors that are only hidden in part, without the pixels that are (see `spoilt`).
+
+    ``moved`` is the step that led from ``band`` to ``shape``. ``shape`` and ``belief`` are changed in place. Returns
+    the other band and, of it, step, factor and verdict; the factor is empty where that leads astray.
+    """
+    state = np.zeros((band.rows.shape[0], STATE))
+    set_state(state, band.rows, moved, belief.nuisance, band.scene)
+    tolerance = max(TOLERANCE_PX, TOLERANCE_OF_R * band.scene[2])
+    variances = (belief.noise, belief.spread, tolerance**2)
+    cleaned = without_spoilt(values, band.pixels, band.starts, band.places, state, variances)
+    other = gather_band(cleaned, shape, band.settings, reach, math.nan)
+    trial = Belief(belief.nuisance.copy(), belief.prior, belief.noise.copy(), belief.spread.copy(), belief.precision)
+    step, factor, _, verdict = solve_band(other, trial, free, 0)
+    if factor.size == 0 or farthest(other.rows, step) > RECOLLECT_PX:
+        return other, step, np.zeros((0, 0)), verdict
+    shape[:5] += step
+    belief.nuisance[:], belief.noise[:], belief.spread[:] = trial.nuisance, trial.noise, trial.spread
+    return other, step, factor, verdict
+
+
+@compiled
 def refine_shape(
     values: NDArray[np.float32], shape: Floats, free: Ints, settings: Floats
 ) -> tuple[Floats, Floats, Floats]:
@@ -217,6 +248,10 @@ def refine_shape(
         reach = wanted
         band = gather_band(values, shape, settings, reach, masked)
         moved, factor, sums, verdict = solve_band(band, belief, free, 0)
+    if report[GATED] > HIDDEN_SHARE and math.isnan(masked) and settings[4] == 0.0:
+        other, step, better, judged = regain(values, shape, reach, band, moved, belief, free)
+        if better.size > 0:
+            band, moved, factor, verdict = other, step, better, judged
     report[RESIDUAL], chi2 = residual_statistics(verdict, free.size)
     if math.isnan(chi2):
         return nothing, report, no_turn()

@@ -1,0 +1,53 @@
+"""Sectors that are hidden in part are measured by the pixels that are left."""
+
+import numpy as np
+
+from tests.contours.scenes import draw, nudged
+from tests.contours.test_silhouette import bound
+from wentry_cli.contours.likelihood import INSIDE, INV_S, OUTSIDE, STATE
+from wentry_cli.contours.silhouette import fit_silhouette
+from wentry_cli.contours.spoilt import leave_out_scraps, without_spoilt
+
+
+def a_flat_band(rows: int, columns: int):
+    """Every pixel of a patch in sectors of two lines each, expected to be 1 on either side of the edge."""
+    places = np.arange(rows * columns)
+    starts = np.arange(0, rows * columns + 1, 2 * columns)
+    state = np.zeros((len(starts) - 1, STATE))
+    state[:, [INV_S, INSIDE, OUTSIDE]] = 1.0
+    return places, starts, state
+
+
+def test_a_speck_is_masked_with_its_neighbours_and_nothing_else():
+    values = np.ones((20, 30), np.float32)
+    values[9, 12] = 0.5
+    places, starts, state = a_flat_band(20, 30)
+    pixels = np.vstack([np.full(600, 0.7), values.reshape(-1)[places]])
+    variances = (np.full(2, 1e-4), np.full(2, 1e-6), 0.02)
+    cleaned = without_spoilt(values, pixels, starts, places, state, variances)
+    y, x = np.mgrid[:20, :30]
+    assert np.array_equal(np.isnan(cleaned), (y - 9) ** 2 + (x - 12) ** 2 <= 5)
+    assert not np.isnan(values).any()
+
+
+def test_what_is_left_of_a_sector_counts_only_where_it_tells_of_the_edge():
+    levels = np.ones(8, np.float32)
+    levels[[0, 4]] = np.nan
+    information = np.array([9.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0])
+    leave_out_scraps(levels, np.array([0, 4, 8]), np.arange(8), information)
+    assert np.isnan(levels[:4]).all()
+    assert np.isnan(levels[4:]).tolist() == [True, False, False, False]
+
+
+def test_droplets_cost_no_more_than_what_they_hide():
+    spread, pull = [], []
+    for seed in range(40):
+        s = draw(seed, visible=1.0, light={"droplets": 0.32})
+        fit = fit_silhouette(s.patch, nudged(s.shape, 1.0, seed))
+        assert fit.status == "ok"
+        error = [fit.center_x_px - s.shape.x, fit.center_y_px - s.shape.y, fit.stretch - s.shape.stretch]
+        unc = [fit.center_x_unc_px, fit.center_y_unc_px, fit.stretch_unc]
+        spread.append(np.array(unc) / bound(visible=1.0)[:3])
+        pull.append(np.array(error) / unc)
+    assert np.all(np.median(spread, axis=0) < 1.6)
+    assert np.all(np.sqrt(np.mean(np.square(pull), axis=0)) < 1.3)
