@@ -18,9 +18,14 @@ from wentry_cli.contours.normal_equations import invert_block
 from wentry_cli.contours.nuisances import PRIOR_LN_S
 from wentry_cli.contours.plateau import PLATEAU_PX
 from wentry_cli.contours.refine import (
+    HIDDEN_SHARE,
+    RECOLLECT_PX,
     SECTOR_ANGLE,
     SECTOR_PX,
     Band,
+    arc_shares,
+    cleaned_of,
+    copied,
     first_belief,
     gather_band,
     reach_of,
@@ -199,7 +204,8 @@ def refine_bottom(
     settings[0] = -math.inf
     top = shape[1] + depth * math.cos(half_angle) - 1.5 * margin
     part, there = cut_cap(values, shape, (lowest - half_angle, lowest + half_angle), top, margin)
-    cap, places = cap_band(gather_band(part, there, settings, reach, 1.0 if masked else math.nan), place)
+    light = 1.0 if masked else math.nan
+    cap, places = cap_band(gather_band(part, there, settings, reach, light), place)
     if share_seen(cap.starts, places) < LEAST_SEEN:
         return nan, nan, nan, nan, OUT_OF_FRAME
     low, high = first_levels(cap.pixels, cap.starts)
@@ -208,6 +214,12 @@ def refine_bottom(
     belief = first_belief(cap, low, high)
     belief.precision[3:] = 1.0 / (PRIOR_SHAPE * shape[2]) ** 2
     moved, factor, sums, verdict = solve_band(cap, belief, np.arange(5), 1)
+    if factor.size > 0 and not masked and arc_shares(cap.rows, sums, verdict)[1] > HIDDEN_SHARE:
+        cleaned = cleaned_of(part, cap, moved, belief)
+        other, places = cap_band(gather_band(cleaned, there, settings, reach, light), place)
+        step, better, _, judged = solve_band(other, copied(belief), np.arange(5), 0)
+        if better.size > 0 and farthest(other.rows, step - moved) < RECOLLECT_PX:
+            cap, moved, factor, verdict = other, step, better, judged
     if factor.size == 0:
         return nan, nan, nan, nan, POOR
     if is_covered(sums, verdict):

@@ -186,21 +186,33 @@ def solve_band(band: Band, belief: Belief, free: Ints, patience: int) -> tuple[F
 
 
 @compiled
-def regain(
-    values: NDArray[np.float32], shape: Floats, reach: float, band: Band, moved: Floats, belief: Belief, free: Ints
-) -> tuple[Band, Floats, Floats, Floats]:
-    """Solve again with the sectors that are only hidden in part, without the pixels that are (see `spoilt`).
-
-    ``moved`` is the step that led from ``band`` to ``shape``. ``shape`` and ``belief`` are changed in place. Returns
-    the other band and, of it, step, factor and verdict; the factor is empty where that leads astray.
-    """
+def cleaned_of(values: NDArray[np.float32], band: Band, moved: Floats, belief: Belief) -> NDArray[np.float32]:
+    """The patch without the pixels of the band that do not fit what is believed (see `spoilt`)."""
     state = np.zeros((band.rows.shape[0], STATE))
     set_state(state, band.rows, moved, belief.nuisance, band.scene)
     tolerance = max(TOLERANCE_PX, TOLERANCE_OF_R * band.scene[2])
     variances = (belief.noise, belief.spread, tolerance**2)
-    cleaned = without_spoilt(values, band.pixels, band.starts, band.places, state, variances)
-    other = gather_band(cleaned, shape, band.settings, reach, math.nan)
-    trial = Belief(belief.nuisance.copy(), belief.prior, belief.noise.copy(), belief.spread.copy(), belief.precision)
+    return without_spoilt(values, band.pixels, band.starts, band.places, state, variances)
+
+
+@compiled
+def copied(belief: Belief) -> Belief:
+    """A belief to try something with."""
+    nuisance, noise, spread = belief.nuisance.copy(), belief.noise.copy(), belief.spread.copy()
+    return Belief(nuisance, belief.prior, noise, spread, belief.precision)
+
+
+@compiled
+def regain(
+    values: NDArray[np.float32], shape: Floats, reach: float, band: Band, moved: Floats, belief: Belief, free: Ints
+) -> tuple[Band, Floats, Floats, Floats]:
+    """Solve again with the sectors that are only hidden in part, without the pixels that are.
+
+    ``moved`` is the step that led from ``band`` to ``shape``. ``shape`` and ``belief`` are changed in place. Returns
+    the other band and, of it, step, factor and verdict; the factor is empty where that leads astray.
+    """
+    other = gather_band(cleaned_of(values, band, moved, belief), shape, band.settings, reach, math.nan)
+    trial = copied(belief)
     step, factor, _, verdict = solve_band(other, trial, free, 0)
     if factor.size == 0 or farthest(other.rows, step) > RECOLLECT_PX:
         return other, step, np.zeros((0, 0)), verdict
