@@ -404,3 +404,15 @@ def test_a_path_may_start_at_the_contact(
     late = read_table(tmp_path / "late", "side")
     assert list(late.status) == list(usual.status)
     np.testing.assert_allclose(late.stretch, usual.stretch, atol=1e-4)
+
+
+def test_a_faint_sphere_is_found_from_above(tmp_path: Path) -> None:
+    top = {"width": 176, "height": 176, "scale_px_per_m": 1000.0, "camera_distance_m": 1.5, "lamp": {"dark": 0.65}}
+    folder = render(tmp_path / "drop", top=top)
+    _, error = measure(folder, tmp_path / "out")
+    assert error is None
+    table, (known, _) = read_table(tmp_path / "out", "top"), truth(folder)
+    ok = (table.status == "ok").to_numpy()
+    assert ok.mean() > 0.6
+    off = (table.stretch - known.stretch[: len(table)])[ok]
+    assert np.all(np.abs(off) < 5.0 * table.stretch_unc[ok])

@@ -11,12 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.imaging.background import Background
+from wentry_cli.imaging.detection import HALF_LEVEL, faint_levels, shrink_factor
 from wentry_cli.kinematics.centre import centre_height
 from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.stages.track.exposure import exposure_frames, fitting_level
 from wentry_cli.stages.track.rows import fit_columns, frame_status
 from wentry_cli.stages.track.side_result import SideResult
 from wentry_cli.tables import vouched
+from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.scale import pool_radius, scale_from_radius
 from wentry_cli.tracking.seed import find_seed
 from wentry_cli.tracking.sighting import Sighting
@@ -76,7 +78,7 @@ class TopResult:
 
 def measure_top(drop: Drop, clip: Clip, ground: Background, sampled: list[int], side: SideResult | None) -> TopResult:
     """Track the top view; with a side view its impact time and depth are used, else the rise of the radius."""
-    seed = find_seed(clip, ground, sampled, radius_range=_radius_range(drop))
+    seed = _seed(drop, clip, ground, sampled)
     clip.release()
     sightings: list[Sighting] = []
     if seed is not None:
@@ -105,6 +107,15 @@ def measure_top(drop: Drop, clip: Clip, ground: Background, sampled: list[int], 
             "no sphere can be stretched as seen from above: check scale_px_per_m and camera_distance_m of views.top"
         )
     return TopResult(columns, entry.scale, entry.scale.px_m * radius_m, entry.impact_s, problem)
+
+
+def _seed(drop: Drop, clip: Clip, ground: Background, sampled: list[int]) -> Path | None:
+    """A path from two circles, of little contrast where none has much."""
+    for level in (HALF_LEVEL, *faint_levels(ground.noise, shrink_factor(clip.shape))):
+        seed = find_seed(clip, ground, sampled, radius_range=_radius_range(drop), level=level)
+        if seed is not None:
+            return seed
+    return None
 
 
 def _at_rest(stretch: NDArray[np.float64], falling: NDArray[np.bool_]) -> float:
