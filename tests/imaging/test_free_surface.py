@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wentry_cli.imaging.free_surface import clear_of_band, find_free_surface, find_plate, find_surfaces
+from wentry_cli.imaging.free_surface import clear_of_band, find_free_surface, find_surfaces
+from wentry_cli.imaging.plate import find_plate
 
 
 def scene(centre: float, thickness: float, depth: float, slope: float = 0.0, noise: float = 0.002) -> np.ndarray:
@@ -29,6 +30,15 @@ def test_the_centre_of_the_band(centre: float, thickness: float, depth: float) -
 def test_a_sloping_surface_is_read_at_the_column_asked_for() -> None:
     found = find_free_surface(scene(100.0, 4.0, 0.5, slope=0.02), x_px=220.0)
     assert found.y_px == pytest.approx(102.0, abs=0.15)
+
+
+@pytest.mark.parametrize("slope", [-0.09, -0.052, 0.035, 0.07])
+def test_a_camera_that_is_not_level_sees_the_surface_all_the_same(slope: float) -> None:
+    found = find_free_surface(scene(150.0, 3.0, 0.5, slope=slope), x_px=100.0)
+    assert found.status == "ok"
+    assert found.y_px == pytest.approx(150.0 - 20.0 * slope, abs=0.15)
+    assert found.slant == pytest.approx(slope, abs=0.002)
+    assert found.thickness_px < 4.5
 
 
 def test_strips_that_show_something_else_do_not_tilt_the_surface() -> None:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import cv2
@@ -416,3 +417,23 @@ def test_a_faint_sphere_is_found_from_above(tmp_path: Path) -> None:
     assert ok.mean() > 0.6
     off = (table.stretch - known.stretch[: len(table)])[ok]
     assert np.all(np.abs(off) < 5.0 * table.stretch_unc[ok])
+
+
+def test_a_camera_that_is_not_level_is_told(
+    soft: tuple[Path, Path], tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    folder = tmp_path / "drop"
+    shutil.copytree(soft[0], folder)
+    for path in (folder / "side").glob("*.png"):
+        level = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+        assert level is not None
+        turn = cv2.getRotationMatrix2D((88.0, 90.25), -4.0, 1.0)
+        turned = cv2.warpAffine(level, turn, level.shape[::-1], flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+        cv2.imwrite(str(path), turned)
+    _, error = measure(folder, tmp_path / "out")
+    assert error is None
+    assert "the surface falls by 4.0 degrees to the right of the side view: level the camera" in caplog.text
+    side, (known, _) = read_table(tmp_path / "out", "side"), truth(folder)
+    ok = (side.status == "ok").to_numpy()
+    assert ok.sum() > 0.9 * (known.measurable == 1).sum()
+    assert rms((side.stretch - known.stretch[: len(side)])[ok].to_numpy()) < 2.0 * CLEAN_STRETCH

@@ -1,4 +1,4 @@
-"""The row of the undisturbed free surface, or of the plate, in the empty scene."""
+"""The row of the undisturbed free surface in the empty scene."""
 
 from __future__ import annotations
 
@@ -20,6 +20,8 @@ CLEAR = 0.03
 NEARLY_ALL, BLUR_PX, LEAST_COLUMNS = 0.98, 6.0, 8
 # Of several rows: how many are told, how far apart, how deep against the first, in how many of the strips.
 MOST_SURFACES, APART_ROWS, FAINTEST_SECOND, LEAST_ACROSS = 4, 6, 0.04, 0.8
+# A camera that is not level: how far strips lie off one line, how many lie on it, how far and how steeply it falls.
+ON_LINE_PX, MOST_STRIPS, LEVEL_PX, STEEPEST = 3.0, 0.6, 4.0, 0.12
 RISEN = 2.0  # times the lowest level between two dips: they are two
 
 
@@ -27,7 +29,7 @@ RISEN = 2.0  # times the lowest level between two dips: they are two
 class SurfaceRow:
     """Row of a surface at a column: centre of its dark band, standard uncertainty, thickness of the band, depth of it.
 
-    ``status`` is ok or ``no_edge`` (nothing like a surface; NaN).
+    ``status`` is ok or ``no_edge`` (nothing like one; NaN), ``slant`` the rows per column by which it falls rightwards.
     """
 
     y_px: float
@@ -35,6 +37,7 @@ class SurfaceRow:
     thickness_px: float
     contrast: float
     status: str
+    slant: float = 0.0
 
 
 LEAST_ROWS, EDGE_ROWS = 12, 4
@@ -87,6 +90,8 @@ def _deepest_first(dip: NDArray[np.float32], limits: tuple[int, int], x_px: floa
     across = cv2.transpose(dip)  # so that a strip is a block of memory
     profiles = np.array([np.mean(across[strip[0] : strip[-1] + 1], axis=0) for strip in strips])
     middle = np.array([float(strip.mean()) for strip in strips])
+    slant = np.rint(_slant(profiles[:, top:bottom], middle) * (middle - x_px)).astype(np.intp)
+    profiles = _levelled(profiles, slant)
     common = np.median(profiles, axis=0)
     common[:top] = 0.0
     common[bottom:] = 0.0
@@ -101,14 +106,38 @@ def _deepest_first(dip: NDArray[np.float32], limits: tuple[int, int], x_px: floa
             break
         first, last = _extent(common, peak, 0.3 * contrast)
         thickness = float(np.sum(common[first : last + 1]) / contrast)
-        centres = np.array([_centre(profile, first, last) for profile in profiles])
-        row = _line(middle, centres, x_px, thickness, contrast)
+        centres = np.array([_centre(profile, first, last) for profile in profiles], np.float64) + slant.astype(
+            np.float64
+        )
+        row = line_across(middle, centres, x_px, thickness, contrast)
         if found and not _across(profiles[:, peak], contrast):
             row = replace(row, status="no_edge")
         found.append(replace(row, contrast=contrast))
         first, last = _foot(common, peak, 0.5 * least)
         left[max(0, first - APART_ROWS) : last + APART_ROWS + 1] = 0.0
     return found
+
+
+def _slant(profiles: NDArray[np.float32], columns: NDArray[np.float64]) -> float:
+    """Rows per column by which the darkest line falls to the right of a camera that is not level; 0 where none is seen.
+
+    Strips may each see another line, but most see the same.
+    """
+    peaks = np.argmax(profiles, axis=1).astype(np.float64)
+    slope, offset = _median_line(columns, peaks)
+    near = np.abs(peaks - offset - slope * columns) < ON_LINE_PX
+    told = np.mean(near) > MOST_STRIPS and abs(slope) * np.ptp(columns) > LEVEL_PX and abs(slope) < STEEPEST
+    return slope if told else 0.0
+
+
+def _levelled(profiles: NDArray[np.float32], slant: NDArray[np.intp]) -> NDArray[np.float32]:
+    """Every profile moved up by the rows of ``slant``; beyond the ends of the picture there is nothing."""
+    if not slant.any():
+        return profiles
+    rows = np.arange(profiles.shape[1]) + slant[:, None]
+    seen = (rows >= 0) & (rows < profiles.shape[1])
+    moved = np.take_along_axis(profiles, np.clip(rows, 0, profiles.shape[1] - 1), axis=1)
+    return np.where(seen, moved, np.float32(0.0))
 
 
 def _across(depths: NDArray[np.float32], contrast: float) -> bool:
@@ -197,9 +226,10 @@ def _centre(profile: NDArray[np.float32], first: int, last: int) -> float:
     return centre
 
 
-def _line(
+def line_across(
     columns: NDArray[np.float64], centres: NDArray[np.float64], x_px: float, thickness: float, contrast: float
 ) -> SurfaceRow:
+    """The row at ``x_px`` of the line through most of the ``centres`` (n,) at ``columns``; NaN is not looked at."""
     known = np.isfinite(centres)
     if np.count_nonzero(known) < 4:
         return NO_SURFACE
@@ -214,7 +244,8 @@ def _line(
         slope, offset = np.polyfit(columns[good] - x_px, centres[good], 1)
     left = centres - (offset + slope * (columns - x_px))
     scatter = float(np.std(left[good])) / math.sqrt(np.count_nonzero(good) / 2.0)
-    return SurfaceRow(float(offset), math.hypot(scatter, _unevenness(thickness)), thickness, contrast, "ok")
+    unc = math.hypot(scatter, _unevenness(thickness))
+    return SurfaceRow(float(offset), unc, thickness, contrast, "ok", float(slope))
 
 
 def _median_line(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[float, float]:
@@ -246,27 +277,3 @@ def _pulled_by_step(level: NDArray[np.float32], row: SurfaceRow) -> float:
         return 0.0
     above, below = (float(np.median(level[side])) for side in sides)
     return min(abs(above - below) / (max(above, below) * row.contrast), 1.0) * (half + 1.0) / math.sqrt(3.0)
-
-
-def find_plate(level: NDArray[np.float32], *, x_px: float | None = None) -> SurfaceRow:
-    """Find the upper edge of a rigid plate in the empty scene: ground above, dark below, across the whole picture.
-
-    Arguments and result as for ``find_free_surface``; the edge is where the level falls to half of that above it.
-    """
-    strips = np.array_split(np.arange(level.shape[1]), BLOCKS)
-    edges = np.array([_falling_edge(np.median(level[:, strip], axis=1)) for strip in strips])
-    middle = np.array([float(strip.mean()) for strip in strips])
-    return _line(middle, edges, x_px if x_px is not None else level.shape[1] / 2, 0.0, 1.0)
-
-
-def _falling_edge(profile: NDArray[np.float32]) -> float:
-    ground = float(np.percentile(profile, 75))
-    dark = profile < 0.5 * ground
-    if not dark[-3:].all() or dark.all():
-        return math.nan
-    row = int(np.flatnonzero(~dark)[-1])
-    above = float(np.median(profile[max(0, row - 12) : max(1, row - 4)]))
-    below = float(np.median(profile[row + 5 : row + 13])) if row + 6 < profile.size else 0.0
-    window = profile[max(0, row - 4) : row + 6].astype(np.float64)
-    above_edge = np.clip((window - below) / max(above - below, 1e-6), 0.0, 1.0)
-    return max(0, row - 4) - 0.5 + float(np.sum(above_edge))

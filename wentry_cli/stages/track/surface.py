@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.imaging.background import Background
-from wentry_cli.imaging.free_surface import NO_SURFACE, SurfaceRow, clear_of_band, find_plate, find_surfaces
+from wentry_cli.imaging.free_surface import NO_SURFACE, SurfaceRow, clear_of_band, find_surfaces
+from wentry_cli.imaging.plate import find_plate
 from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.stages.track.exposure import exposure_frames
 from wentry_cli.tracking.prediction import Path
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 RIVAL = 0.2  # of the depth of the dark line that is chosen: one that may be it as well
 ABOUT = 1.5  # radii to either side in which the outline of the sphere may cross the surface
+SLANTED = math.radians(1.0)
 logger = logging.getLogger(__name__)
 
 
@@ -32,7 +34,9 @@ def surface_row(drop: Drop, clip: Clip, ground: Background, seed: Path | None) -
     view = drop.view("side")
     found = _found_surfaces(drop, ground, seed)
     if view.surface_y_px == "auto":
-        return _the_surface(drop, clip, ground, (seed, found))
+        chosen = _the_surface(drop, clip, ground, (seed, found))
+        _warn_of_slant(drop, chosen)
+        return chosen
     given = SurfaceRow(float(view.surface_y_px), view.surface_y_px_unc or 0.3, 3.0, math.nan, "ok")
     away = min((abs(given.y_px - row.y_px) - row.thickness_px for row in found), default=0.0)
     if away > 4.0 * given.unc_px:
@@ -41,6 +45,17 @@ def surface_row(drop: Drop, clip: Clip, ground: Background, seed: Path | None) -
             f"{found[0].y_px:.1f}; heights, impact and speeds go by the one that was given"
         )
     return given
+
+
+def _warn_of_slant(drop: Drop, surface: SurfaceRow) -> None:
+    slant = math.atan(surface.slant)
+    if abs(slant) > SLANTED:
+        short = 100.0 * (1.0 - math.cos(slant))
+        logger.warning(
+            f"{drop.name}: the surface falls by {abs(math.degrees(slant)):.1f} degrees to the "
+            f"{'right' if slant > 0 else 'left'} of the side view: level the camera; as filmed, heights are "
+            f"{short:.2g} % short"
+        )
 
 
 def _found_surfaces(drop: Drop, ground: Background, seed: Path | None) -> list[SurfaceRow]:
