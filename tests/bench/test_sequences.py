@@ -52,6 +52,17 @@ def test_a_sphere_behind_spray_is_not_measured_and_found_again(tmp_path: Path) -
     assert (side.status.loc[52:] == "ok").all()
 
 
+@pytest.mark.parametrize("seed", [412, 20170524])
+def test_bubbles_that_cling_to_a_sphere_are_not_taken_for_it(seed: int, tmp_path: Path) -> None:
+    sequence = next(item for item in SEQUENCES if item.name == "jets and bubbles after closure")
+    drop = sequences.measure(sequence, seed, tmp_path / "clip")
+    stretch = next(item for item in drop.quantities if item.name == "stretch")
+    said = sequences._compare(drop.found, drop.can, stretch)
+    assert said["false_ok"] == 0.0
+    assert said["measured"] > 0.7
+    assert "out_of_frame" not in set(drop.found["status"])  # it stays in view
+
+
 def test_frames_numbered_anew_leave_the_files_without_a_gap(tmp_path: Path) -> None:
     side = _measured("frames missing, numbered anew", tmp_path / "clip")
     files = sorted(path.name for path in (tmp_path / "clip" / "side").iterdir())

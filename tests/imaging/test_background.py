@@ -60,9 +60,10 @@ def test_a_faint_shade_in_most_samples_does_not_darken_the_ground() -> None:
     assert np.median(level[32:58, 22:58] / lamp()[32:58, 22:58]) == pytest.approx(1.0, abs=0.006)
 
 
-def test_flicker_leaves_no_trace_where_samples_are_missing() -> None:
+@pytest.mark.parametrize("share", [0.03, 0.2])
+def test_flicker_leaves_no_trace_where_samples_are_missing(share: float) -> None:
     rng = np.random.default_rng(9)
-    light = 1.0 + 0.03 * np.cos(np.arange(20.0))
+    light = 1.0 + share * np.cos(np.arange(20.0))
     samples = np.stack([frame(80, 20 + 4 * k, 15, rng) * light[k] for k in range(20)])
     level = clean_level(samples.astype(np.uint8), 0.01) / lamp()
     assert float(np.median(level[:, :30])) == pytest.approx(float(np.median(level[30:90, 70:90])), abs=0.002)

@@ -101,6 +101,26 @@ def test_a_poor_last_sighting_does_not_lead_astray_sideways() -> None:
     assert sum(item.ok for item in seen if item.frame >= 15) >= 7
 
 
+def test_a_path_that_leads_astray_does_not_say_that_the_sphere_left() -> None:
+    """As above: nobody knows where the hidden sphere is, though the path goes on to the side and out of the frame."""
+    frames = clip(body, 24)
+    ground = ground_of(frames)
+    values = np.stack([np.round(ground.level).astype(frames.read(0).dtype)] * 24)
+    path = start()
+    path.add(2, EllipseShape(95.0, body(2).center_y_px, RADIUS))
+    seen = follow(FrameArray(values), ground, path, range(3, 24), air_plan(SHAPE), Watch(patience=40))
+    assert len(seen) == 21
+    assert "occluded" in {item.status for item in seen}
+    assert "out_of_frame" not in {item.status for item in seen}
+
+
+def test_a_sphere_that_was_followed_to_the_edge_left() -> None:
+    frames, ground = clip(body, 40), ground_of(clip(body, 20))
+    seen = follow(frames, ground, start(), range(2, 40), air_plan(SHAPE))
+    assert seen[-1].status == "out_of_frame"
+    assert len(seen) < 38
+
+
 def _seen(stretch: float, gated: float) -> Sighting:
     shape = EllipseShape(50.0, 80.0, 30.0, stretch)
     nothing = np.zeros((5, 5))

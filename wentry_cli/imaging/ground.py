@@ -14,7 +14,7 @@ from wentry_cli.imaging.order_statistics import rank_and_next
 # The mean of this share of the smallest absolute values of a normal distribution, over its standard deviation.
 LOWER_SHARE, LOWER_MEAN = 0.8, 0.5586
 BLOCK_PX, LEAST_SHADE = 4, 0.004
-LEAST_FLICKER, MOST_FLICKER = 0.003, 0.1
+LEAST_FLICKER, MOST_FLICKER = 0.003, 0.3  # of the usual light
 ALIKE, MOST_ALIKE = 0.01, 0.4
 
 

@@ -75,12 +75,19 @@ def follow(
             lost = 0
             if watch.learn is not None and sighting.ok:
                 watch.learn(sighting)
+        if sighting.status == "out_of_frame" and _far(expected, path):
+            sighting = sighting._replace(status="occluded")  # where a sphere that was lost long ago is, nobody knows
         found.append(sighting)
-        # where a sphere that was lost long ago may have left to, nobody knows
         left = sighting.status == "out_of_frame" and sighting.fit is None and lost <= LOST_AFTER
         if left or lost >= watch.patience:
             break
     return found
+
+
+def _far(expected: EllipseShape, path: Path) -> bool:
+    """Whether a shape is expected more than a radius from where the sphere was seen last."""
+    last = path.shapes[-1]
+    return math.hypot(expected.x - last.x, expected.y - last.y) > path.radius
 
 
 def _jumps(sighting: Sighting, path: Path, expected: EllipseShape) -> bool:

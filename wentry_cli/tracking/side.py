@@ -83,7 +83,10 @@ def track_side(frames: Frames, ground: Background, seed: Path, scene: SideScene)
     if not water.known:
         # there may or may not be a wall before the water
         water = replace(air, unc=max(air.unc, UNKNOWN_WALL * air.value))
-    seen = without_unconfirmed(without_rising(below.settle(wet, water), mirror))
+    # what the radius may be off by, all frames have in common: it explains no difference between them
+    held = replace(water, unc=0.0)
+    seen = without_unconfirmed(below.look_again(without_rising(below.settle(wet, held), mirror)))
+    seen = constrain(seen, water, wet=True)
     deformed = 0.0 if scene.deformable or _mostly_ok(seen) else below.deformation(water)
     return SideTrack([*dry, *seen], air, water, check, mirror, deformed)
 

@@ -14,6 +14,7 @@ from wentry_cli.tracking.sighting import Sighting, radius_slope, with_radius
 
 SMALLEST_ARC = 0.30
 LARGEST_GATE, HALF_HIDDEN, FEW_TELL = 0.35, 0.5, 4
+MANY_TELL, SAME_RADIUS = 16, 0.002
 ONE_VALUE_PER = 8
 # Relative change of the stretch of half an outline with the radius that is held.
 STRETCH_PER_RADIUS = -0.46
@@ -39,6 +40,8 @@ def pool_sightings(sightings: Sequence[Sighting], *, wet: bool) -> PooledRadius:
     if len(used) < FEW_TELL:
         # droplets on half of the outline in nearly every frame: what is left tells the radius, less well
         used = [fit for fit in free if tells_radius(fit) or fit.gated_fraction <= HALF_HIDDEN]
+    if len(used) < FEW_TELL and _agree(free):
+        used = free
     if not used:
         return NO_RADIUS
     return pool_radius(
@@ -46,6 +49,12 @@ def pool_sightings(sightings: Sequence[Sighting], *, wet: bool) -> PooledRadius:
         [fit.radius_unc_px for fit in used],
         correlated_over=ONE_VALUE_PER if wet else 1,
     )
+
+
+def _agree(free: Sequence[SilhouetteFit]) -> bool:
+    """Whether so many fits find the same radius that it is the sphere's, however much of it is hidden in each."""
+    radius = np.array([fit.radius_px for fit in free])
+    return radius.size >= MANY_TELL and bool(np.median(np.abs(radius / np.median(radius) - 1.0)) < SAME_RADIUS)
 
 
 def constrain(sightings: Sequence[Sighting], radius: PooledRadius, *, wet: bool) -> list[Sighting]:

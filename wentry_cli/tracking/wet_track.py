@@ -11,10 +11,12 @@ import numpy as np
 from wentry_cli.contours.departure import Shape
 from wentry_cli.imaging.background import Background
 from wentry_cli.tracking.confirmed import without_unconfirmed
+from wentry_cli.tracking.continuity import without_unexplained
 from wentry_cli.tracking.follow import GIVEN_UP_AFTER, Watch, follow
 from wentry_cli.tracking.mirror import Mirror, stands_out
 from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius
+from wentry_cli.tracking.second_look import look_again
 from wentry_cli.tracking.shape_check import NO_CHECK, ShapeCheck, check_shape, corrected_radius
 from wentry_cli.tracking.sighting import Sighting
 from wentry_cli.tracking.source import Frames
@@ -149,6 +151,13 @@ class WetTracker:
         off = [item.fit.stretch - 1.0 for item in seen if item.ok and item.fit is not None]
         largest = max(off, key=abs, default=0.0)
         return largest if abs(largest) > DEFORMED and len(off) >= LEAST_DEFORMED else 0.0
+
+    def look_again(self, seen: list[Sighting]) -> list[Sighting]:
+        """Leave out what the neighbours in time do not explain, and look once more where nothing was measured."""
+        seen = without_unexplained(seen)
+        again = look_again(self.frames, self.ground, seen, self.plan.restarted(), self._believable)
+        more = any(one is not other for one, other in zip(seen, again, strict=True))
+        return without_unexplained(again) if more else seen
 
     def settle(self, seen: list[Sighting], water: PooledRadius) -> list[Sighting]:
         """Give all sightings the final radius.
