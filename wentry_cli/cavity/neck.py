@@ -15,6 +15,7 @@ from wentry_cli.compiled import compiled
 Floats = NDArray[np.float64]
 
 MIN_PROMINENCE_PX = 1.5  # in width; below it an undulation is noise
+NO_LEDGES: Floats = np.empty(0)
 MAX_GAP_FRAMES = 4
 REACH_PX = 8.0  # how far a neck may lie from where its track foretells it
 SECOND_CHOICE = 2.0  # more than any misfit of a neck that lies where its track foretells it
@@ -46,6 +47,7 @@ def find_necks(
     *,
     edge_unc_px: float,
     blur_px: float = 0.0,
+    ledges_y_px: Floats = NO_LEDGES,
     min_prominence_px: float = MIN_PROMINENCE_PX,
 ) -> list[Neck]:
     """Find the interior minima of a width profile, from the top down.
@@ -58,15 +60,17 @@ def find_necks(
         Standard uncertainty of one smoothed edge, of which the width has two.
     blur_px : float
         Standard deviation of the blur along the wall: it draws a curved wall outward, which is taken off.
+    ledges_y_px : (m,) array
+        Rows of the ledges of the wall (``ledge.find_ledges``).
     min_prominence_px : float
         How far the width must rise on both sides of a minimum before it falls below it again.
     """
     least = max(min_prominence_px, 6.0 * edge_unc_px)
-    return [Neck(*row) for row in _minima(y_px, width_px, (edge_unc_px, blur_px), least).tolist()]
+    return [Neck(*row) for row in _minima(y_px, width_px, ledges_y_px, (edge_unc_px, blur_px), least).tolist()]
 
 
 @compiled
-def _minima(y_px: Floats, width_px: Floats, doubts: tuple[float, float], least: float) -> Floats:
+def _minima(y_px: Floats, width_px: Floats, ledges_y_px: Floats, doubts: tuple[float, float], least: float) -> Floats:
     """The fields of the necks that are so prominent, (n, 4); ``doubts`` are those of an edge and of the blur."""
     edge_unc, blur = doubts
     seen = np.isfinite(width_px)
@@ -76,7 +80,9 @@ def _minima(y_px: Floats, width_px: Floats, doubts: tuple[float, float], least: 
     for index in minima:
         prominence = prominence_of(width, index)
         if prominence >= least:
-            row, narrowest, misfit = find_vertex(y, width, index, math.sqrt(2.0) * edge_unc, blur)
+            row, narrowest, misfit = find_vertex(y, width, index, ledges_y_px, (math.sqrt(2.0) * edge_unc, blur))
+            if math.isnan(narrowest):
+                continue
             found[count, 0], found[count, 1] = row, 0.5 * narrowest
             found[count, 2], found[count, 3] = math.hypot(edge_unc / math.sqrt(2.0), misfit), prominence
             count += 1
