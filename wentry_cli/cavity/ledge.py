@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.cavity.body import SURFACE_ROWS
 from wentry_cli.cavity.region import Region, transmission
 from wentry_cli.compiled import compiled
 
@@ -22,25 +23,27 @@ SPOILED_BLURS, HIDDEN_BLURS = 2.5, 0.5  # so far its blur reaches into the narro
 OUTSIDE_BLURS = 3.0  # so far outside of the narrower wall an edge is looked for
 WALL_ROWS = 4  # behind these, from which its lean is taken
 SHARE_STEPS = 40
+DARKEST = 0.15  # of the contrast
 STEEPEST_LEAN, SCATTER_PX = 0.25, 0.25  # of a ledge: row per column, and about its line
 
 
 @compiled
-def find_ledges(region: Region, spans: tuple[Ints, Ints], half: float, blur: float) -> Floats:
+def find_ledges(region: Region, spans: tuple[Ints, Ints], light: tuple[float, float], blur: float) -> Floats:
     """Return the rows (m,) of the ledges, to a fraction of a pixel, from the top down; rows of ``region``.
 
-    ``spans`` are the first and the last column of the dark body per row, -1 where there is none, ``half`` the level of
-    an edge and ``blur`` the standard deviation of the blur, px. A ledge ends where both sides have stepped inward. Its
-    row is read down the columns beside the narrower wall, where the gap is high enough, and continued to that wall.
+    ``spans`` are the first and the last column of the dark body per row, -1 where there is none, ``light`` the level
+    of the ground and of the dark, ``blur`` the standard deviation of the blur, px. A ledge ends where both sides have
+    stepped inward. Its row is read down the columns beside the narrower wall, where the gap is high enough, and
+    continued to that wall. What is so near the surface that its band may hide it is left out.
     """
     first, last = spans
     found, count = np.empty(first.size), 0
-    for row in range(1, first.size - 1):
+    for row in range(SURFACE_ROWS, first.size - 1):
         if min(first[row - 1], first[row], first[row + 1]) < 0:
             continue
         if _is_ledge(spans, row):
-            left = _side_of(region, (first[row], first[row - 1]), row, (half, blur))
-            right = _side_of(region, (last[row], last[row - 1]), row, (half, blur))
+            left = _side_of(region, (first[row], first[row - 1]), row, (*light, blur))
+            right = _side_of(region, (last[row], last[row - 1]), row, (*light, blur))
             at = 0.5 * (left + right) if math.isfinite(left + right) else left if math.isfinite(left) else right
             if math.isfinite(at):
                 found[count] = at
@@ -115,7 +118,7 @@ def _share(below: float, lean: float) -> float:
 
 
 @compiled
-def _side_of(region: Region, columns: tuple[int, int], row: int, light: tuple[float, float]) -> float:
+def _side_of(region: Region, columns: tuple[int, int], row: int, light: tuple[float, float, float]) -> float:
     """Row of one side of a ledge at the narrower wall, by a line through its rows in the nearest columns that tell.
 
     ``columns`` are that of the narrower wall in ``row``, the first below the ledge, and that of the wider above it.
@@ -140,16 +143,20 @@ def _side_of(region: Region, columns: tuple[int, int], row: int, light: tuple[fl
 
 
 @compiled
-def _edge_down(region: Region, column: int, near: int, light: tuple[float, float]) -> float:
+def _edge_down(region: Region, column: int, near: int, light: tuple[float, float, float]) -> float:
     """Where a column rises to the half level about the row ``near``; NaN where that is not clear.
 
-    It is clear where the column stays bright for as many rows as blur would fill from the other side.
+    It is clear where the column stays bright for as many rows as blur would fill from the other side, and where the
+    wall above is dark beyond the blur: no edge of the bright core.
     """
-    half, blur = light
-    clear = math.ceil(CLEAR_BLURS * blur)
+    ground, dark, blur = light
+    half, darkest = 0.5 * (ground + dark), dark + DARKEST * (ground - dark)
+    clear, above = math.ceil(CLEAR_BLURS * blur), math.ceil(2.0 * blur)
     for row in range(max(near - SEARCHED_ROWS, 0), min(near + SEARCHED_ROWS, region.levels.shape[0] - 1 - clear)):
         inside, outside = transmission(region, row, column), transmission(region, row + 1, column)
         if inside < half <= outside:
+            if row < above or not transmission(region, row - above, column) <= darkest:
+                return math.nan
             for beyond in range(row + 2, row + 2 + clear):
                 if beyond >= region.levels.shape[0] or not transmission(region, beyond, column) >= half:
                     return math.nan

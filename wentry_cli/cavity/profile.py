@@ -159,7 +159,7 @@ def _measure(
     left, right, wall = find_edges(region, body_spans, half, RIM_PX)
     clear = (left[:above], right[:above], wall[:above])
     blur = measure_blur(region, clear, (ground, dark))
-    ledges = find_ledges(region, body_spans, half, blur)
+    ledges = find_ledges(region, body_spans, (ground, dark), blur)
     mend_thin_walls(region, spans, clear, (ground, dark), blur, RIM_PX)
     mend_beside(region, (left, right), ledges, (ground, dark), blur)
     seen, hidden = 0, 0
