@@ -194,7 +194,7 @@ def test_what_is_uncertain_in_all_radii_alike_counts_in_the_time() -> None:
         find_seal([track], scene())
         for track in (
             neck,
-            replace(neck, radius_unc_px=off),
+            replace(neck, common_unc_px=off),
             replace(neck, radius_px=neck.radius_px + off),
         )
     )
@@ -205,4 +205,4 @@ def test_what_is_uncertain_in_all_radii_alike_counts_in_the_time() -> None:
 
 def test_a_closure_of_which_hardly_anything_is_known_is_none() -> None:
     neck = closing(60.4, 250.0, last=60)
-    assert find_seal([replace(neck, radius_unc_px=300.0 / neck.radius_px)], scene()).status != "ok"
+    assert find_seal([replace(neck, common_unc_px=300.0 / neck.radius_px)], scene()).status != "ok"

@@ -23,22 +23,40 @@ SECOND_CHOICE = 2.0  # more than any misfit of a neck that lies where its track 
 
 @dataclass(frozen=True)
 class Neck:
-    """One minimum of the width in one frame; pixels of the full frame, the radius is half the width."""
+    """One minimum of the width in one frame; pixels of the full frame, the radius is half the width.
+
+    ``common_unc_px`` is what of its uncertainty is the same in all frames, as that of the row of a ledge.
+    """
 
     y_px: float
     radius_px: float
     radius_unc_px: float
     prominence_px: float
+    common_unc_px: float = 0.0
 
 
 @dataclass(frozen=True)
 class NeckTrack:
-    """One neck through time: frame numbers, its row, radius and uncertainty, each of shape (n,)."""
+    """One neck through time: frame numbers, its row, radius and uncertainty, each of shape (n,).
+
+    ``common_unc_px`` (n,) is the part of the uncertainty by which all radii may be off alike; empty without any.
+    """
 
     frame: NDArray[np.int64]
     y_px: Floats
     radius_px: Floats
     radius_unc_px: Floats
+    common_unc_px: Floats = field(default_factory=lambda: np.empty(0))
+
+    def until(self, stop: int) -> NeckTrack:
+        """The first ``stop`` samples."""
+        return NeckTrack(
+            self.frame[:stop],
+            self.y_px[:stop],
+            self.radius_px[:stop],
+            self.radius_unc_px[:stop],
+            self.common_unc_px[:stop],
+        )
 
 
 def find_necks(
@@ -71,12 +89,12 @@ def find_necks(
 
 @compiled
 def _minima(y_px: Floats, width_px: Floats, ledges_y_px: Floats, doubts: tuple[float, float], least: float) -> Floats:
-    """The fields of the necks that are so prominent, (n, 4); ``doubts`` are those of an edge and of the blur."""
+    """The fields of the necks that are so prominent, (n, 5); ``doubts`` are those of an edge and of the blur."""
     edge_unc, blur = doubts
     seen = np.isfinite(width_px)
     y, width = y_px[seen], width_px[seen]
     minima = interior_minima(width)
-    found, count = np.empty((minima.size, 4)), 0
+    found, count = np.empty((minima.size, 5)), 0
     for index in minima:
         prominence = prominence_of(width, index)
         if prominence >= least:
@@ -85,6 +103,7 @@ def _minima(y_px: Floats, width_px: Floats, ledges_y_px: Floats, doubts: tuple[f
                 continue
             found[count, 0], found[count, 1] = row, 0.5 * narrowest
             found[count, 2], found[count, 3] = math.hypot(edge_unc / math.sqrt(2.0), misfit), prominence
+            found[count, 4] = misfit if np.any(ledges_y_px == row) else 0.0
             count += 1
     return found[:count]
 
@@ -181,6 +200,7 @@ class NeckFollower:
                 y_px=np.array([neck.y_px for neck in track.necks]),
                 radius_px=np.array([neck.radius_px for neck in track.necks]),
                 radius_unc_px=np.array([neck.radius_unc_px for neck in track.necks]),
+                common_unc_px=np.array([neck.common_unc_px for neck in track.necks]),
             )
             for track in self._tracks
             if len(track.frame) >= min_samples

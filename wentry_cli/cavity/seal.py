@@ -21,7 +21,7 @@ AT_SPHERE = 0.1  # in radii of the sphere: a neck that may lie so close above it
 EDGE_MODEL_PX = 0.05  # what blur and the slope of the wall leave in a radius, however low the noise
 ALMOST_CLOSED = 0.45  # in radii of the sphere: a neck that is wider when last seen has not been seen to close
 LONGEST_LEAP_FRAMES = 3.0
-MOST_DOUBT_FRAMES = 6.0  # in the time of a closure that was seen
+MOST_DOUBT_FRAMES = 3.0  # in the time of a closure that was seen
 FEWEST_SAMPLES, FEWEST_SHUT = 8, 3
 LEAP_ROWS, LAST_ROWS, LEAP_PX, LEAP_SIGMA, LEAP_SHARE = 10, 40, 1.5, 8.0, 0.8
 LASTING = 0.12  # in radii: a neck as wide as that right after its closure did not close; jets and mist are thinner
@@ -163,13 +163,12 @@ def _fit(time_s: Floats, radius_px: Floats, radius_unc_px: float, scene: Scene) 
 
 
 def _shift_if_all_are_off(time_s: Floats, track: NeckTrack, radius_unc_px: float, scene: Scene) -> float:
-    """By how much the closure moves, s, if all radii are too small or all too large by their uncertainties.
-
-    What an image does to a neck it does in all frames: the row of a ledge, blur, a wall that is continued.
-    """
+    """By how much the closure moves, s, if all radii are too small or all too large by what is common to them."""
+    if not track.common_unc_px.any():
+        return 0.0
     ends = []
     for sign in (-1.0, 1.0):
-        off = np.maximum(track.radius_px + sign * track.radius_unc_px * (track.radius_px > 0.0), 0.0)
+        off = np.maximum(track.radius_px + sign * track.common_unc_px * (track.radius_px > 0.0), 0.0)
         ends.append(_fit(time_s, off, radius_unc_px, scene).extrapolated_t_s)
     return 0.5 * abs(ends[1] - ends[0]) if np.isfinite(ends).all() else 0.0
 
@@ -205,7 +204,7 @@ def _without_leap(track: NeckTrack) -> NeckTrack:
         scatter = float(np.std(track.y_px[before] - np.polyval(line, track.frame[before])))
         off = abs(track.y_px[k] - float(np.polyval(line, track.frame[k])))
         if off > max(LEAP_PX, LEAP_SIGMA * scatter) and track.radius_px[k] < LEAP_SHARE * track.radius_px[k - 1]:
-            return NeckTrack(track.frame[:k], track.y_px[:k], track.radius_px[:k], track.radius_unc_px[:k])
+            return track.until(k)
     return track
 
 
