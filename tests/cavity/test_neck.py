@@ -127,3 +127,12 @@ def test_order_of_the_necks_in_a_frame_does_not_matter() -> None:
         other.add(frame, necks if frame == 0 else necks[::-1])
     for a, b in zip(one.tracks(), other.tracks(), strict=True):
         np.testing.assert_array_equal(a.y_px, b.y_px)
+
+
+def test_a_wall_that_bends_away_right_above_a_neck_does_not_move_it() -> None:
+    """Beyond two rows the wall is no part of the vertex, however near it is."""
+    d = ROWS - 110.3
+    width = 2.0 * np.sqrt(12.0**2 + 4.0 * d**2 + np.where(d < -2.0, 30.0 * (d + 2.0) ** 4, 0.0))
+    (neck,) = find_necks(ROWS, width, edge_unc_px=0.03)
+    assert neck.radius_px == pytest.approx(12.0, abs=0.1)
+    assert neck.y_px == pytest.approx(110.3, abs=0.2)

@@ -152,3 +152,27 @@ def test_nothing_to_see_has_a_status(drawing) -> None:
     assert measure_profile(plain, picture.outline(), surface_y_px=30.0).status == "no_edge"
     high = replace(picture.outline(), y_px=33.0)
     assert measure_profile(picture.patch(), high, surface_y_px=30.0).status == "out_of_frame"
+
+
+def nested(ledge: float, radius: float, flare: float):
+    """Half-width of a wide cavity down to a ledge; below it the square of the half-width grows evenly."""
+    return lambda y: np.where(y < ledge, 75.0, np.sqrt(radius**2 + flare * np.maximum(y - ledge, 0.0)))
+
+
+@pytest.mark.parametrize("ledge", [120.1, 120.5, 120.9])
+@pytest.mark.parametrize("radius", [4.0, 8.0, 14.0])
+def test_a_neck_at_a_ledge_is_read_from_the_light_beside_it(drawing, ledge: float, radius: float) -> None:
+    """The blur of the ledge darkens the first rows below it, where the wall is steep and the neck is narrowest."""
+    picture = drawing(nested(ledge, radius, 40.0), noise=0.01, core=0.0)
+    profile = measure(picture)
+    assert profile.ledges_y_px == pytest.approx([ledge], abs=0.15)
+    (neck,) = find_necks(
+        profile.y_px, profile.width_px, edge_unc_px=profile.edge_unc_px, ledges_y_px=profile.ledges_y_px
+    )
+    assert neck.y_px == pytest.approx(ledge, abs=0.15)
+    assert neck.radius_px == pytest.approx(radius, abs=0.6)
+    assert abs(neck.radius_px - radius) < 3.0 * neck.radius_unc_px
+
+
+def test_a_wall_without_a_ledge_has_none(drawing) -> None:
+    assert measure(drawing(waist)).ledges_y_px.size == 0

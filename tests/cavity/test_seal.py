@@ -184,3 +184,25 @@ def test_a_clip_that_ends_with_a_sphere_at_the_surface_shows_no_open_cavity() ->
     alone = scene(apex=leaving(FRAMES - 3.0))
     assert find_seal([], replace(alone, sphere_top_px=alone.cavity_top_px)).status == "no_neck"
     assert find_seal([], alone).status == "clip_ended"
+
+
+def test_what_is_uncertain_in_all_radii_alike_counts_in_the_time() -> None:
+    """A ledge is read too low in every frame, so that all squares are too large: the law fits as well, but later."""
+    neck = closing(60.4, 250.0, last=60)
+    off = 10.0 / neck.radius_px
+    sure, unsure, shifted = (
+        find_seal([track], scene())
+        for track in (
+            neck,
+            replace(neck, common_unc_px=off),
+            replace(neck, radius_px=neck.radius_px + off),
+        )
+    )
+    late = shifted.t_s - sure.t_s
+    assert late > 3.0 * sure.t_unc_s
+    assert 0.5 * late < unsure.t_unc_s < 2.0 * late
+
+
+def test_a_closure_of_which_hardly_anything_is_known_is_none() -> None:
+    neck = closing(60.4, 250.0, last=60)
+    assert find_seal([replace(neck, common_unc_px=300.0 / neck.radius_px)], scene()).status != "ok"

@@ -8,6 +8,8 @@ from wentry_cli.synthetic.campaign import plan_scene
 from wentry_cli.synthetic.side_view import find_core_share, see_instant
 from wentry_cli.synthetic.truth import find_necks, find_separation
 
+LEDGE_SOFT = {"g_inf_pa": 1235.0, "g_t_pa": 1235.0, "eps0_dot_1_s": 0.0042}
+
 
 def test_every_ring_obeys_the_collapse_law(soft_course):
     cavity = soft_course.cavity
@@ -132,3 +134,15 @@ def test_the_seal_is_the_first_time_at_which_nothing_is_open_above_the_sphere(he
     before = [narrowest(t) for t in np.linspace(0.2 * cavity.t_p_s, cavity.t_p_s - 1e-4, 200)]
     assert min(before) > 0.0
     assert narrowest(cavity.t_p_s + 1e-4) == 0.0
+
+
+@pytest.mark.parametrize("n", [-0.25, -0.5, -1.0])
+def test_a_neck_at_a_ledge_closes_with_its_ring(n):
+    """The ring above the ledge is older by many milliseconds and closes much later: between both nothing is known."""
+    sphere = {"diameter_m": 0.1, "law": LEDGE_SOFT | {"n": n}, "material": "large"}
+    cavity = plan_scene(make_scene(sphere=sphere, height_m=2.27))[0].cavity
+    k = int(np.argmin(np.abs(cavity.depth + cavity.y_p_m)))
+    assert cavity.seal_type == "deep_seal"
+    assert cavity.born[k] - cavity.born[k - 1] > 5.0 * (cavity.born[k + 1] - cavity.born[k])
+    assert cavity.wall(cavity.t_p_s - 1e-5)[k] > 0.0
+    assert cavity.wall(cavity.t_p_s + 1e-9)[k] == 0.0

@@ -7,23 +7,20 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.cavity.ledge_vertex import BLURRED_ROWS, LEDGE_PX, Vertex, continue_to_ledge
+from wentry_cli.cavity.polynomial import fit_polynomial, slope_of, value_of
 from wentry_cli.compiled import compiled
-from wentry_cli.contours.normal_equations import solve
 
 Floats = NDArray[np.float64]
 
 HALF_WINDOW, LONGEST_WINDOW = 4, 25  # rows on either side of a minimum that a smooth vertex is taken from
 RISE_PX = 1.0
-BLURRED_ROWS, SIDE_ROWS = 2, 9  # a kink is blurred within the first; each side is read up to the second
+CUBIC_PX = 0.15  # a greater misfit of a radius: the wall bends more than a cubic
+SIDE_ROWS = 9  # up to which each side of a kink is read, beyond the blurred ones
 BLUR_PX = 1.2  # of the image and of the smoothing along the wall
 BLUR_DOUBT = 0.25  # of what blur adds: it and the curvature are known to a tenth each, and blur has no sharp bounds
-LEDGE_PX = 6.0  # a step of the width between two rows
-LEDGE_UNC_PX = 0.7
 CLEAR_KINK, LEAST_ROUNDING_PX = 2.0, 0.15  # in units of the noise, and in pixels: less is no kink
 KINK_TRIALS = 81  # places within the blurred rows
-
-Vertex = tuple[float, float, float]
-"""Row and width of a minimum and half of the misfit, px; a row of NaN where there is none of that kind."""
 
 
 @compiled
@@ -55,59 +52,24 @@ def prominence_of(width: Floats, index: int) -> float:
 
 
 @compiled
-def find_vertex(y: Floats, width: Floats, index: int, noise: float, blur: float) -> Vertex:
+def find_vertex(y: Floats, width: Floats, index: int, ledges: Floats, doubts: tuple[float, float]) -> Vertex:
     """Return row and width of the minimum at ``index`` of ``width`` (n,) at the rows ``y``, and half of the misfit.
 
     Smooth minima are the vertex of a cubic. Where one cavity starts inside another the wall has a kink, which blur
     rounds off: there both sides are continued to where they meet; at a ledge the side without the step is continued
-    to it. ``noise`` is the standard deviation of one width, ``blur`` that of the blur along the wall, px.
+    to it; ``ledges`` (m,) are the rows of steps that were measured. ``doubts`` are the standard deviation of one width
+    and that of the blur along the wall, px.
     """
+    noise, blur = doubts
     if width[index] == 0.0:
         return y[index], 0.0, 0.0
-    ledge = _ledge(y, width, index)
-    if not math.isnan(ledge[0]):
+    ledge = continue_to_ledge(y, width, index, ledges)
+    if not math.isnan(ledge[1]) or math.isnan(ledge[0]):
         return ledge
     kink = _kink(y, width, index, max(CLEAR_KINK * noise, LEAST_ROUNDING_PX))
     if not math.isnan(kink[0]):
         return kink
     return _smooth_vertex(y, width, index, blur)
-
-
-@compiled
-def _polynomial(rows: Floats, values: Floats, degree: int) -> Floats:
-    """Coefficients, constant first, of the least-squares polynomial; NaN where the rows do not determine it."""
-    scale = max(np.abs(rows).max(), 1.0)
-    normal, right = np.zeros((degree + 1, degree + 1)), np.zeros(degree + 1)
-    powers = np.empty(degree + 1)
-    for n in range(rows.size):
-        powers[0] = 1.0
-        for i in range(degree):
-            powers[i + 1] = powers[i] * rows[n] / scale
-        for i in range(degree + 1):
-            right[i] += powers[i] * values[n]
-            for j in range(degree + 1):
-                normal[i, j] += powers[i] * powers[j]
-    if not solve(normal, right):
-        right[:] = np.nan
-    for i in range(degree + 1):
-        right[i] /= scale**i
-    return right
-
-
-@compiled
-def _value(coefficients: Floats, at: float) -> float:
-    total = 0.0
-    for i in range(coefficients.size - 1, -1, -1):
-        total = total * at + coefficients[i]
-    return total
-
-
-@compiled
-def _slope(coefficients: Floats, at: float) -> float:
-    total = 0.0
-    for i in range(coefficients.size - 1, 0, -1):
-        total = total * at + i * coefficients[i]
-    return total
 
 
 @compiled
@@ -118,21 +80,28 @@ def _smooth_vertex(y: Floats, width: Floats, index: int, blur: float) -> Vertex:
     are too few rows.
     """
     low, high = _reach(width, index, -1), _reach(width, index, 1)
-    rows, values = y[low : high + 1] - y[index], width[low : high + 1]
-    if rows.size < 7:
+    if high - low < 6:
         return y[index], width[index], 0.0
-    cubic = _polynomial(rows, values**2, 3)
-    squares = 0.0
-    for n in range(rows.size):
-        squares += (math.sqrt(max(_value(cubic, rows[n]), 0.0)) - values[n]) ** 2
-    misfit = 0.5 * math.sqrt(squares / rows.size)
+    while True:
+        rows, values = y[low : high + 1] - y[index], width[low : high + 1]
+        cubic = fit_polynomial(rows, values**2, 3)
+        squares = 0.0
+        for n in range(rows.size):
+            squares += (math.sqrt(max(value_of(cubic, rows[n]), 0.0)) - values[n]) ** 2
+        misfit = 0.5 * math.sqrt(squares / rows.size)
+        if misfit < CUBIC_PX or high - low < 6:
+            break
+        if width[low] > width[high]:  # a steep end is no part of the vertex
+            low += 1
+        else:
+            high -= 1
     # of the two places where the slope vanishes, the one with the upward bend
     inside = cubic[2] ** 2 - 3.0 * cubic[1] * cubic[3]
     root = math.sqrt(inside) if inside > 0.0 else math.nan
     turning = -cubic[1] / (cubic[2] + root) if cubic[2] > 0.0 else (root - cubic[2]) / (3.0 * cubic[3])
     if not abs(turning) <= HALF_WINDOW:
         return y[index], width[index], misfit
-    square = max(_value(cubic, turning), 0.0)
+    square = max(value_of(cubic, turning), 0.0)
     sharp = _sharpened(square, 2.0 * cubic[2] + 6.0 * cubic[3] * turning, blur)
     return y[index] + turning, sharp, math.hypot(misfit, 0.5 * BLUR_DOUBT * (math.sqrt(square) - sharp))
 
@@ -178,7 +147,7 @@ def _side(y: Floats, width: Floats, index: int, step: int) -> Floats:
     rows, values = y[first:stop] - y[index], width[first:stop]
     if np.abs(values[1:] - values[:-1]).max() > LEDGE_PX or rows[-1] - rows[0] > 2 * SIDE_ROWS:
         return np.full(3, np.nan)
-    return _polynomial(rows, values**2, 2)
+    return fit_polynomial(rows, values**2, 2)
 
 
 @compiled
@@ -187,7 +156,7 @@ def _crossing_of(above: Floats, below: Floats) -> float:
     step = 2.0 * BLURRED_ROWS / (KINK_TRIALS - 1)
     for trial in range(KINK_TRIALS - 1):
         row, following = trial * step - BLURRED_ROWS, (trial + 1) * step - BLURRED_ROWS
-        if _value(above, row) >= _value(below, row) and _value(above, following) < _value(below, following):
+        if value_of(above, row) >= value_of(below, row) and value_of(above, following) < value_of(below, following):
             return row
     return math.nan
 
@@ -199,31 +168,11 @@ def _kink(y: Floats, width: Floats, index: int, least: float) -> Vertex:
     row = _crossing_of(above, below)
     if math.isnan(row):
         return math.nan, math.nan, math.nan
-    value = math.sqrt(max(_value(below, row), 0.0))
+    value = math.sqrt(max(value_of(below, row), 0.0))
     scale = 2.0 * max(value, 1.0)
-    falls, rises = _slope(above, row) / scale, _slope(below, row) / scale
+    falls, rises = slope_of(above, row) / scale, slope_of(below, row) / scale
     # A kink of that strength is rounded off by so much; a minimum that is rounder is no kink.
     rounding = (rises - falls) * BLUR_PX / math.sqrt(2.0 * math.pi)
     if not falls < 0.0 < rises or rounding < least or not -0.5 < width[index] - value < 1.5 * rounding:
         return math.nan, math.nan, math.nan
     return y[index] + row, value, 0.05
-
-
-@compiled
-def _ledge(y: Floats, width: Floats, index: int) -> Vertex:
-    """Continue the side without a step to the step, where one lies within the blurred rows of the minimum; else NaN.
-
-    Blur hides how the wall bends right below the step, hence the large uncertainty.
-    """
-    for step in (-1, 1):
-        for near in range(BLURRED_ROWS + 1):
-            here, there = index + step * near, index + step * (near + 1)
-            if not 0 <= there < width.size or width[there] - width[here] < LEDGE_PX:
-                continue
-            first, stop = (index + 1, min(index + 7, width.size)) if step < 0 else (max(index - 6, 0), index)
-            if stop - first < 5:
-                return math.nan, math.nan, math.nan
-            row = 0.5 * (y[here] + y[there] - 2.0 * y[index])
-            value = _value(_polynomial(y[first:stop] - y[index], width[first:stop], 2), row)
-            return y[index] + row, min(max(value, 0.0), width[index]), LEDGE_UNC_PX
-    return math.nan, math.nan, math.nan

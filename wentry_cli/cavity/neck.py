@@ -15,6 +15,7 @@ from wentry_cli.compiled import compiled
 Floats = NDArray[np.float64]
 
 MIN_PROMINENCE_PX = 1.5  # in width; below it an undulation is noise
+NO_LEDGES: Floats = np.empty(0)
 MAX_GAP_FRAMES = 4
 REACH_PX = 8.0  # how far a neck may lie from where its track foretells it
 SECOND_CHOICE = 2.0  # more than any misfit of a neck that lies where its track foretells it
@@ -22,22 +23,40 @@ SECOND_CHOICE = 2.0  # more than any misfit of a neck that lies where its track 
 
 @dataclass(frozen=True)
 class Neck:
-    """One minimum of the width in one frame; pixels of the full frame, the radius is half the width."""
+    """One minimum of the width in one frame; pixels of the full frame, the radius is half the width.
+
+    ``common_unc_px`` is what of its uncertainty is the same in all frames, as that of the row of a ledge.
+    """
 
     y_px: float
     radius_px: float
     radius_unc_px: float
     prominence_px: float
+    common_unc_px: float = 0.0
 
 
 @dataclass(frozen=True)
 class NeckTrack:
-    """One neck through time: frame numbers, its row, radius and uncertainty, each of shape (n,)."""
+    """One neck through time: frame numbers, its row, radius and uncertainty, each of shape (n,).
+
+    ``common_unc_px`` (n,) is the part of the uncertainty by which all radii may be off alike; empty without any.
+    """
 
     frame: NDArray[np.int64]
     y_px: Floats
     radius_px: Floats
     radius_unc_px: Floats
+    common_unc_px: Floats = field(default_factory=lambda: np.empty(0))
+
+    def until(self, stop: int) -> NeckTrack:
+        """The first ``stop`` samples."""
+        return NeckTrack(
+            self.frame[:stop],
+            self.y_px[:stop],
+            self.radius_px[:stop],
+            self.radius_unc_px[:stop],
+            self.common_unc_px[:stop],
+        )
 
 
 def find_necks(
@@ -46,6 +65,7 @@ def find_necks(
     *,
     edge_unc_px: float,
     blur_px: float = 0.0,
+    ledges_y_px: Floats = NO_LEDGES,
     min_prominence_px: float = MIN_PROMINENCE_PX,
 ) -> list[Neck]:
     """Find the interior minima of a width profile, from the top down.
@@ -58,27 +78,32 @@ def find_necks(
         Standard uncertainty of one smoothed edge, of which the width has two.
     blur_px : float
         Standard deviation of the blur along the wall: it draws a curved wall outward, which is taken off.
+    ledges_y_px : (m,) array
+        Rows of the ledges of the wall (``ledge.find_ledges``).
     min_prominence_px : float
         How far the width must rise on both sides of a minimum before it falls below it again.
     """
     least = max(min_prominence_px, 6.0 * edge_unc_px)
-    return [Neck(*row) for row in _minima(y_px, width_px, (edge_unc_px, blur_px), least).tolist()]
+    return [Neck(*row) for row in _minima(y_px, width_px, ledges_y_px, (edge_unc_px, blur_px), least).tolist()]
 
 
 @compiled
-def _minima(y_px: Floats, width_px: Floats, doubts: tuple[float, float], least: float) -> Floats:
-    """The fields of the necks that are so prominent, (n, 4); ``doubts`` are those of an edge and of the blur."""
+def _minima(y_px: Floats, width_px: Floats, ledges_y_px: Floats, doubts: tuple[float, float], least: float) -> Floats:
+    """The fields of the necks that are so prominent, (n, 5); ``doubts`` are those of an edge and of the blur."""
     edge_unc, blur = doubts
     seen = np.isfinite(width_px)
     y, width = y_px[seen], width_px[seen]
     minima = interior_minima(width)
-    found, count = np.empty((minima.size, 4)), 0
+    found, count = np.empty((minima.size, 5)), 0
     for index in minima:
         prominence = prominence_of(width, index)
         if prominence >= least:
-            row, narrowest, misfit = find_vertex(y, width, index, math.sqrt(2.0) * edge_unc, blur)
+            row, narrowest, misfit = find_vertex(y, width, index, ledges_y_px, (math.sqrt(2.0) * edge_unc, blur))
+            if math.isnan(narrowest):
+                continue
             found[count, 0], found[count, 1] = row, 0.5 * narrowest
             found[count, 2], found[count, 3] = math.hypot(edge_unc / math.sqrt(2.0), misfit), prominence
+            found[count, 4] = misfit if np.any(ledges_y_px == row) else 0.0
             count += 1
     return found[:count]
 
@@ -175,6 +200,7 @@ class NeckFollower:
                 y_px=np.array([neck.y_px for neck in track.necks]),
                 radius_px=np.array([neck.radius_px for neck in track.necks]),
                 radius_unc_px=np.array([neck.radius_unc_px for neck in track.necks]),
+                common_unc_px=np.array([neck.common_unc_px for neck in track.necks]),
             )
             for track in self._tracks
             if len(track.frame) >= min_samples

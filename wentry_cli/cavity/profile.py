@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.cavity.body import SURFACE_ROWS, find_body, find_closed_rows
 from wentry_cli.cavity.edge_blur import TYPICAL_PX, measure_blur
+from wentry_cli.cavity.ledge import find_ledges, mend_beside
 from wentry_cli.cavity.region import Region, region_of_patch, transmission
 from wentry_cli.cavity.row_edges import find_edges, mend_thin_walls
 from wentry_cli.cavity.wall_smoothing import smooth_wall
@@ -49,9 +50,9 @@ class CavityProfile:
     ``y_px`` (n,) are rows from the surface down to the sphere's equator; ``left_px`` and ``right_px`` the smoothed
     edges, NaN where not seen and equal (on the axis) in rows where the cavity has closed. ``top_y_px`` is the highest
     row in which any of it is dark, ``edge_unc_px`` the standard uncertainty of one smoothed edge, ``blur_px`` the
-    standard deviation of the blur of lens and pixel. ``cut_off`` tells that a wall reaches the rim of the patch well
-    below the surface. ``status`` is ``ok``, ``no_edge`` (no cavity in sight) or ``out_of_frame`` (nothing between
-    surface and sphere lies in the patch).
+    standard deviation of the blur of lens and pixel, ``ledges_y_px`` (m,) the rows of ledges of the wall. ``cut_off``
+    tells that a wall reaches the rim of the patch well below the surface. ``status`` is ``ok``, ``no_edge`` (no
+    cavity in sight) or ``out_of_frame`` (nothing between surface and sphere lies in the patch).
     """
 
     y_px: Floats
@@ -63,6 +64,7 @@ class CavityProfile:
     cut_off: bool
     status: str
     blur_px: float = TYPICAL_PX
+    ledges_y_px: Floats = field(default_factory=lambda: np.empty(0))
 
     @property
     def width_px(self) -> Floats:
@@ -108,7 +110,7 @@ def measure_region(region: Region, sphere: SphereOutline, *, corner: tuple[int, 
     equator = min(max(round(sphere.y_px) - first, 0), region.levels.shape[0] - 1)
     places = (axis, max(int(0.35 * sphere.across_px), 2), equator)
     above = max(min(int(sphere.top_y_px) - 2 - first, rows), 0)
-    left, right, top, unc, dark, cut_off, blur = _measure(region, places, (rows, above), noise)
+    left, right, top, unc, dark, cut_off, blur, ledges = _measure(region, places, (rows, above), noise)
     if top < 0:
         return empty_profile("no_edge")
     _place_walls(left, right, x0, sphere.x_px - x0)
@@ -122,6 +124,7 @@ def measure_region(region: Region, sphere: SphereOutline, *, corner: tuple[int, 
         cut_off=cut_off,
         status="ok",
         blur_px=blur,
+        ledges_y_px=first + ledges,
     )
 
 
@@ -137,37 +140,43 @@ def _place_walls(left: Floats, right: Floats, x0: int, axis: float) -> None:
 @compiled
 def _measure(
     region: Region, sphere: tuple[int, int, int], counts: tuple[int, int], noise: float
-) -> tuple[Floats, Floats, int, float, float, bool, float]:
+) -> tuple[Floats, Floats, int, float, float, bool, float, Floats]:
     """Both walls (n,) outwards from the first column, infinite where closed; what else ``CavityProfile`` holds.
 
     In order: left and right wall, first row of the body (-1 where no cavity is seen), uncertainty of an edge, level of
-    the dark, whether it is cut off, blur. ``counts`` are the rows of the profile and those whose light the sphere does
-    not take away.
+    the dark, whether it is cut off, blur, rows of ledges. ``counts`` are the rows of the profile and those whose light
+    the sphere does not take away.
     """
     rows, above = counts
-    nothing = (np.empty(0), np.empty(0), -1, np.nan, np.nan, False, np.nan)
+    nothing = (np.empty(0), np.empty(0), -1, np.nan, np.nan, False, np.nan, np.empty(0))
     ground, dark = _levels(region)
     if not dark < DARKEST_USEFUL * ground:
         return nothing
     half = 0.5 * (ground + dark)
     body = find_body(region, _faint_level(ground, dark, noise), sphere)
     spans = body[0]
-    left, right, wall = find_edges(region, (spans[0][:rows], spans[1][:rows]), half, RIM_PX)
+    body_spans = (spans[0][:rows], spans[1][:rows])
+    left, right, wall = find_edges(region, body_spans, half, RIM_PX)
     clear = (left[:above], right[:above], wall[:above])
     blur = measure_blur(region, clear, (ground, dark))
+    ledges = find_ledges(region, body_spans, (ground, dark), blur)
     mend_thin_walls(region, spans, clear, (ground, dark), blur, RIM_PX)
+    mend_beside(region, (left, right), ledges, (ground, dark), blur)
     seen, hidden = 0, 0
     for row in range(rows):
         seen += 1 if np.isfinite(left[row]) else 0
-        hidden += 1 if row >= SURFACE_ROWS and np.isnan(left[row]) and spans[0][row] >= 0 else 0
+        if np.isnan(left[row]) and spans[0][row] >= 0:
+            hidden += 1 if row >= SURFACE_ROWS else 0
+            if min(spans[0][row], region.levels.shape[1] - 1 - spans[1][row]) < RIM_PX:
+                left[row], right[row] = -np.inf, np.inf
     if seen < FEWEST_ROWS:
         return nothing
     closed = find_closed_rows(region, body, rows, half)
     for row in range(rows):
         if closed[row]:
             left[row] = right[row] = np.nan
-    left, left_spread = smooth_wall(-left)
-    right, right_spread = smooth_wall(right)
+    left, left_spread = smooth_wall(-left, ledges)
+    right, right_spread = smooth_wall(right, ledges)
     for row in range(rows):
         if closed[row]:
             left[row] = right[row] = np.inf
@@ -175,7 +184,7 @@ def _measure(
     while spans[0][top] < 0:
         top += 1
     unc = 0.5 * math.hypot(left_spread, right_spread)
-    return left, right, top, unc, dark / ground, hidden > CUT_OFF * rows, blur
+    return left, right, top, unc, dark / ground, hidden > CUT_OFF * rows, blur, ledges
 
 
 def empty_profile(status: str) -> CavityProfile:

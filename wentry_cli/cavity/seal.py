@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -16,10 +17,11 @@ Floats = NDArray[np.float64]
 
 CLOSEST_RADIUS_PX = 1.5  # blur hides a gap of three pixels
 LOWEST = 0.5  # in radii: so deep the top of the sphere is at least when a cavity above it leaves the surface
-AT_SPHERE = 0.12  # in radii of the sphere: a neck so close above its top closes on it
+AT_SPHERE = 0.1  # in radii of the sphere: a neck that may lie so close above its top closes on it
 EDGE_MODEL_PX = 0.05  # what blur and the slope of the wall leave in a radius, however low the noise
 ALMOST_CLOSED = 0.45  # in radii of the sphere: a neck that is wider when last seen has not been seen to close
 LONGEST_LEAP_FRAMES = 3.0
+MOST_DOUBT_FRAMES = 3.0  # in the time of a closure that was seen
 FEWEST_SAMPLES, FEWEST_SHUT = 8, 3
 LEAP_ROWS, LAST_ROWS, LEAP_PX, LEAP_SIGMA, LEAP_SHARE = 10, 40, 1.5, 8.0, 0.8
 LASTING = 0.12  # in radii: a neck as wide as that right after its closure did not close; jets and mist are thinner
@@ -120,17 +122,11 @@ def _close(track: NeckTrack, scene: Scene) -> ClosureFit:
     whole, track = scene.time_s[track.frame], _without_leap(track)
     time = scene.time_s[track.frame]
     opened = track.radius_px >= CLOSEST_RADIUS_PX
-    radius_unc = max(float(np.median(track.radius_unc_px[opened][-30:])), EDGE_MODEL_PX) if opened.any() else np.inf
-    fit = fit_closure(
-        time,
-        track.radius_px,
-        radius_unc,
-        exposure_s=scene.exposure_s,
-        min_radius=CLOSEST_RADIUS_PX,
-        last_time_s=float(np.nanmax(scene.time_s[: scene.last_frame + 1])),
-    )
+    radius_unc = _scatter(track.radius_px[opened][-30:], track.radius_unc_px[opened][-30:])
+    fit = _fit(time, track.radius_px, radius_unc, scene)
     if fit.status != "ok":
         return fit
+    fit = replace(fit, t_unc_s=math.hypot(fit.t_unc_s, _shift_if_all_are_off(time, track, radius_unc, scene)))
     step = float(np.nanmedian(np.diff(scene.time_s)))
     before = time < fit.t_s
     leap = fit.t_s - whole[whole < fit.t_s][-1] if before.any() else np.inf
@@ -142,8 +138,39 @@ def _close(track: NeckTrack, scene: Scene) -> ClosureFit:
         and leap <= LONGEST_LEAP_FRAMES * step
         and track.radius_px[before][-1] <= ALMOST_CLOSED * scene.radius_px
         and not lasting
+        and fit.t_unc_s <= MOST_DOUBT_FRAMES * step
     )
     return fit if seen_to_close else replace(fit, t_s=float("nan"), t_unc_s=float("nan"), status="poor_fit")
+
+
+def _scatter(radius_px: Floats, radius_unc_px: Floats) -> float:
+    """Standard deviation of a radius from frame to frame, px: what is uncertain in all alike does not scatter."""
+    if radius_px.size < FEWEST_SAMPLES:
+        return max(float(np.median(radius_unc_px)), EDGE_MODEL_PX) if radius_px.size else np.inf
+    scatter = float(np.median(np.abs(np.diff(radius_px, 3)))) / (0.6745 * math.sqrt(20.0))
+    return max(min(scatter, float(np.median(radius_unc_px))), EDGE_MODEL_PX)
+
+
+def _fit(time_s: Floats, radius_px: Floats, radius_unc_px: float, scene: Scene) -> ClosureFit:
+    return fit_closure(
+        time_s,
+        radius_px,
+        radius_unc_px,
+        exposure_s=scene.exposure_s,
+        min_radius=CLOSEST_RADIUS_PX,
+        last_time_s=float(np.nanmax(scene.time_s[: scene.last_frame + 1])),
+    )
+
+
+def _shift_if_all_are_off(time_s: Floats, track: NeckTrack, radius_unc_px: float, scene: Scene) -> float:
+    """By how much the closure moves, s, if all radii are too small or all too large by what is common to them."""
+    if not track.common_unc_px.any():
+        return 0.0
+    ends = []
+    for sign in (-1.0, 1.0):
+        off = np.maximum(track.radius_px + sign * track.common_unc_px * (track.radius_px > 0.0), 0.0)
+        ends.append(_fit(time_s, off, radius_unc_px, scene).extrapolated_t_s)
+    return 0.5 * abs(ends[1] - ends[0]) if np.isfinite(ends).all() else 0.0
 
 
 def _seen_closed(track: NeckTrack, fit: ClosureFit, scene: Scene) -> ClosureFit:
@@ -177,14 +204,14 @@ def _without_leap(track: NeckTrack) -> NeckTrack:
         scatter = float(np.std(track.y_px[before] - np.polyval(line, track.frame[before])))
         off = abs(track.y_px[k] - float(np.polyval(line, track.frame[k])))
         if off > max(LEAP_PX, LEAP_SIGMA * scatter) and track.radius_px[k] < LEAP_SHARE * track.radius_px[k - 1]:
-            return NeckTrack(track.frame[:k], track.y_px[:k], track.radius_px[:k], track.radius_unc_px[:k])
+            return track.until(k)
     return track
 
 
 def _at_depth(track: NeckTrack, fit: ClosureFit, scene: Scene) -> Seal:
     y_px, y_unc_px = _row_at(track, fit.t_s, scene.time_s)
     top = _interpolate(fit.t_s, scene.time_s, scene.sphere_top_px)
-    at_sphere = np.isfinite(top) and y_px > top - AT_SPHERE * scene.radius_px
+    at_sphere = np.isfinite(top) and y_px + np.nan_to_num(y_unc_px) > top - AT_SPHERE * scene.radius_px
     return Seal(fit.t_s, fit.t_unc_s, y_px, y_unc_px, "sphere_seal" if at_sphere else "deep_seal", "ok", fit)
 
 

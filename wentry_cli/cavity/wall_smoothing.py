@@ -13,17 +13,29 @@ Floats = NDArray[np.float64]
 SMOOTHING_ROWS = 3
 BUMP_ROWS = 17  # what sticks out of a wall over fewer rows is a bubble or a droplet
 BUMP_PX = 2.0
+LEDGE_ROWS = 9
 HOLE_PX = -1e6  # an edge that was not seen
 JUMP_PX = 3.0  # between two rows; a wall is not smoothed across it
 
 
 @compiled
-def smooth_wall(edge: Floats) -> tuple[Floats, float]:
-    """Return the edge (outward positive) without bumps, smoothed by local parabolas, and its scatter between rows."""
+def smooth_wall(edge: Floats, ledges: Floats) -> tuple[Floats, float]:
+    """Return the edge (outward positive) without bumps, smoothed by local parabolas, and its scatter between rows.
+
+    A row is NaN where no edge was seen, and infinite where it is hidden: that is neither a hole nor a bump. Right below
+    ``ledges`` (rows) a bulge of the cavity is as short as a bubble, and nothing is left out, and the first rows stay as
+    they are: they are continued to the ledge.
+    """
     clean = edge.copy()
     _leave_out_bumps(edge, clean)
+    for ledge in ledges:
+        below = slice(max(int(ledge), 0), int(ledge) + BUMP_ROWS)
+        clean[below] = edge[below]
     smooth = np.empty_like(clean)
     _local_parabola(clean, SMOOTHING_ROWS, JUMP_PX, smooth)
+    for ledge in ledges:
+        for row in range(max(int(ledge), 0), min(int(ledge) + LEDGE_ROWS, edge.size)):
+            smooth[row] = edge[row] if np.isfinite(edge[row]) else np.nan
     rest = np.empty_like(clean)
     count = 0
     for row in range(clean.size):
@@ -41,7 +53,7 @@ def _leave_out_bumps(edge: Floats, clean: Floats) -> None:
     for row in range(rows):
         lowest[row] = np.inf
         for other in range(max(row - half, 0), min(row + half + 1, rows)):
-            lowest[row] = min(lowest[row], edge[other] if np.isfinite(edge[other]) else HOLE_PX)
+            lowest[row] = min(lowest[row], HOLE_PX if np.isnan(edge[other]) else edge[other])
     for row in range(rows):
         opened = -np.inf
         for other in range(max(row - half, 0), min(row + half + 1, rows)):

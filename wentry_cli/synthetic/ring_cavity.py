@@ -137,7 +137,9 @@ def _free_times(depth: Floats, closes: Floats, t: Floats, top: Floats) -> Floats
 def _find_seal(motion: Motion, depth: Floats, closes: Floats) -> tuple[float, float, str]:
     """First ring that is closed above the sphere: time, depth, type; at the uppermost ring it is a surface seal.
 
-    It is a sphere seal where the ring had closed on the sphere, or closes within a tenth of a radius above it.
+    Time and depth are those of the ring, not of a curve through its neighbours: above a ledge these close milliseconds
+    later, and the frames are drawn ring by ring. It is a sphere seal where the ring had closed on the sphere, or closes
+    within a tenth of a radius above it.
     """
     t = np.linspace(0.0, motion.end_s, 20001)
     top = -(motion.center(t)[0] + motion.radius_m / motion.stretch(t)[0] ** 2)
@@ -150,21 +152,6 @@ def _find_seal(motion: Motion, depth: Floats, closes: Floats) -> tuple[float, fl
         return time, 0.0, "surface_seal"
     near_top = z > float(np.interp(time, t, top)) - 0.1 * motion.radius_m
     return time, z, "sphere_seal" if near_top or time > closes[first] else "deep_seal"
-
-
-def _refine(depth: Floats, closes: Floats, z: float) -> tuple[float, float]:
-    """Parabola through the three earliest closures around ``z``."""
-    k = int(np.argmin(np.abs(depth - z)))
-    if k in (0, depth.size - 1):
-        return z, float(closes[k])
-    a, b, c = closes[k - 1], closes[k], closes[k + 1]
-    bend = a - 2.0 * b + c
-    if bend <= 0.0:
-        return z, float(b)
-    shift = 0.5 * (a - c) / bend
-    if abs(shift) > 1.0:
-        return z, float(b)
-    return float(z + shift * (depth[1] - depth[0])), float(b - 0.125 * (a - c) ** 2 / bend)
 
 
 def _count_dry_rings(motion: Motion, cavity_rings: tuple[Floats, Floats, Floats, Floats], gravity: float) -> int:
@@ -204,8 +191,6 @@ def build_cavity(motion: Motion, physics: Physics, suction: Suction = NO_SUCTION
     starts = tuple((float(s), float(np.interp(s, t, np.maximum.accumulate(contact)))) for s in expansions)
     closes = _closing_times((grid, born, r0, speed), physics.gravity_m_s2, suction)
     t_p, z_p, seal = _find_seal(motion, grid, closes)
-    if seal == "deep_seal":
-        z_p, t_p = _refine(grid, closes, z_p)
     counted = np.isfinite(z_p) and seal != "surface_seal"
     cavity = int(number[np.argmin(np.abs(grid - z_p))]) if counted else 0
     return Cavity(grid, born, r0, speed, number, physics.gravity_m_s2, starts, t_p, 0.0 - z_p, cavity, seal, suction)

@@ -102,7 +102,13 @@ def run(folder: Path, drop: Drop) -> None:
 
 
 def _necks(profile: CavityProfile) -> list[Neck]:
-    return find_necks(profile.y_px, profile.width_px, edge_unc_px=profile.edge_unc_px, blur_px=profile.blur_px)
+    return find_necks(
+        profile.y_px,
+        profile.width_px,
+        edge_unc_px=profile.edge_unc_px,
+        blur_px=profile.blur_px,
+        ledges_y_px=profile.ledges_y_px,
+    )
 
 
 def _scene(view: SideView, tops: tuple[Floats, Floats], dome: Dome, unreadable: frozenset[int]) -> Scene:
