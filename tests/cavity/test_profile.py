@@ -62,6 +62,20 @@ def test_lamps_and_bubbles_draw_no_false_necks(drawing, name: str) -> None:
     assert necks[0].radius_px == pytest.approx(16.0, abs=0.08)
 
 
+@pytest.mark.parametrize("contrast", [0.15, 0.3, 0.5])
+def test_a_faint_cavity_beside_black_glare_is_as_good_as_a_black_one(drawing, contrast: float) -> None:
+    picture = drawing(waist, noise=0.02, lamps=((150, 120, 3, 0.9),))
+    patch = picture.patch()
+    faint = 1.0 - contrast * (1.0 - patch.values)
+    faint[118:122, 145:156] = 0.2  # a line of glare in the core
+    profile = measure_profile(replace(patch, values=faint), picture.outline(), surface_y_px=picture.surface)
+    assert profile.status == "ok"
+    for error in edge_errors(picture, profile):
+        assert np.mean(np.isfinite(error)) > 0.97
+        assert abs(np.nanmean(error)) < 0.05
+        assert np.nanstd(error) < 0.07
+
+
 def test_stated_edge_uncertainty_is_the_scatter(drawing) -> None:
     scatter, stated = [], []
     for noise in (0.01, 0.05):

@@ -23,7 +23,10 @@ Floats = NDArray[np.float64]
 RIM_PX = 3  # a row that is dark up to the rim of the patch belongs to the surface band
 FAINTEST = 0.25  # of the contrast: what is darker than that belongs to a wall, however thin
 SAMPLE = 6000  # pixels that tell the levels
-DARKEST_USEFUL = 0.75  # a wall brighter than this is no wall
+# Between black (0) and the ground (1): what is brighter than the first is ground, darker than the second dark, and a
+# wall brighter than the third is no wall. Where hardly anything is dark beside black, the sphere itself is black.
+BRIGHT, DARK, DARKEST_USEFUL = 0.7, 0.6, 0.75
+FAINTEST_SPHERE, HARDLY_ANY = 0.9, 0.01
 FEWEST_ROWS = 8
 CUT_OFF = 0.1  # of the rows: so many walls reach the rim of a region that is too narrow
 
@@ -149,8 +152,8 @@ def _measure(
     """
     rows, above = counts
     nothing = (np.empty(0), np.empty(0), -1, np.nan, np.nan, False, np.nan, np.empty(0))
-    ground, dark = _levels(region)
-    if not dark < DARKEST_USEFUL * ground:
+    ground, dark, black = _levels(region, sphere)
+    if not dark < (black + DARKEST_USEFUL * (1.0 - black)) * ground:
         return nothing
     half = 0.5 * (ground + dark)
     body = find_body(region, _faint_level(ground, dark, noise), sphere)
@@ -194,8 +197,11 @@ def empty_profile(status: str) -> CavityProfile:
 
 
 @compiled
-def _levels(region: Region) -> tuple[float, float]:
-    """Return the level of the ground (its upper half) and of the dark walls, from some thousands of pixels."""
+def _levels(region: Region, sphere: tuple[int, int, int]) -> tuple[float, float, float]:
+    """Return the level of the ground (its upper half), of the dark walls and of black, from some thousands of pixels.
+
+    ``sphere`` as in `find_body`.
+    """
     apart = max(4, int(math.sqrt(region.levels.size / SAMPLE)))
     rows, columns = region.levels.shape
     sample = np.empty(((rows + apart - 1) // apart) * ((columns + apart - 1) // apart))
@@ -207,17 +213,44 @@ def _levels(region: Region) -> tuple[float, float]:
                 sample[seen] = value
                 seen += 1
     if seen < 50:
-        return 1.0, 1.0
-    part, bright = np.empty(seen), 0
-    for n in range(seen):
-        part[bright] = sample[n]  # one that does not count is written over
-        bright += 1 if sample[n] > 0.7 else 0
-    ground = linear_quantile(part, bright, 0.5) if bright else 1.0
+        return 1.0, 1.0, 0.0
+    ground, dark, share = _split(sample[:seen], 0.0)
+    if share > HARDLY_ANY:
+        return ground, dark, 0.0
+    black = _level_within(region, sphere)
+    if not black < FAINTEST_SPHERE:
+        return ground, dark, 0.0
+    ground, dark, _ = _split(sample[:seen], black)
+    return ground, dark, black
+
+
+@compiled
+def _split(sample: Floats, black: float) -> tuple[float, float, float]:
+    """Levels of ground and dark of a sample, equal where next to nothing is dark, and the share that is."""
+    part, count = np.empty(sample.size), 0
+    for value in sample:
+        part[count] = value  # one that does not count is written over
+        count += 1 if value > black + BRIGHT * (1.0 - black) else 0
+    ground = linear_quantile(part, count, 0.5) if count else 1.0
     count = 0
-    for n in range(seen):
-        part[count] = sample[n]
-        count += 1 if sample[n] < 0.6 * ground else 0
-    return ground, linear_quantile(part, count, 0.3) if count >= 8 else ground
+    for value in sample:
+        part[count] = value
+        count += 1 if value < (black + DARK * (1.0 - black)) * ground else 0
+    return ground, linear_quantile(part, count, 0.3) if count >= 8 else ground, count / sample.size
+
+
+@compiled
+def _level_within(region: Region, sphere: tuple[int, int, int]) -> float:
+    """Mean level of the sphere about its centre; 1 where it is not in the region."""
+    axis, reach, equator = sphere
+    total, count = 0.0, 0
+    for row in range(max(equator - reach, 0), min(equator + 1, region.levels.shape[0])):
+        for column in range(max(axis - reach, 0), min(axis + reach + 1, region.levels.shape[1])):
+            value = transmission(region, row, column)
+            if np.isfinite(value):
+                total += value
+                count += 1
+    return total / count if count else 1.0
 
 
 @compiled
