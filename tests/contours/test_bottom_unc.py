@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from wentry_cli.contours.ellipse import EllipseShape
-from wentry_cli.contours.fitting import bottom_gradient, bottom_unc
+from wentry_cli.contours.fitting import bottom_unc
+from wentry_cli.contours.outline_fit import bottom_gradient
 
 
 @pytest.mark.parametrize(("stretch", "tilt"), [(1.0, 0.0), (0.8, 3.0), (1.7, -20.0)])

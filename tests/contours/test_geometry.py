@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from wentry_cli.contours.arc import LENGTH, NX, NY, J, X, Y, arc_geometry, quadrant_table, sector_angles, sector_at
 from wentry_cli.contours.band import collect_band, ellipse_distance
 from wentry_cli.contours.ellipse import EllipseShape
-from wentry_cli.contours.fitting import bottom_gradient
+from wentry_cli.contours.outline_fit import bottom_gradient
 
 shapes = st.builds(
     EllipseShape,

@@ -10,19 +10,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wentry_cli.compiled import compiled
 from wentry_cli.contours.clipped import is_clipped, shift_covariance
 from wentry_cli.contours.ellipse import PARAMETERS, EllipseShape, SilhouetteFit
-from wentry_cli.contours.refine import BLUR, RESIDUAL, STATUS, refine_shape
-from wentry_cli.contours.scan import scan_shape
-from wentry_cli.contours.turning import ANSWER, STEP, UNC
+from wentry_cli.contours.outline_fit import (
+    KNOWN,
+    QUALITY,
+    VERDICT,
+    VERDICTS,
+    OutlineRequest,
+    bottom_spread,
+    fit_outline,
+    spreads,
+)
 from wentry_cli.imaging.patch import Patch
 
 LEVELS = ("fast", "accurate")
-SEARCH_PX = 12.0
-RAYS = 96
-# Blur along the edge that the scan assumes, px^2: an optical sigma of 1, the pixel (1/12), bilinear sampling (1/6).
-SCAN_VARIANCE = 1.25
 LEAST_ARC = 0.12
 LEAST_ARC_FREE_SIZE = 0.2
 MOST_GATED = 0.75
@@ -35,9 +37,6 @@ MOST_RESIDUAL_GATED_PX = 0.12
 # Less than a quarter of it is enough where that quarter agrees as only the sphere does.
 FEW_KEPT = 0.85
 MOST_RESIDUAL_FEW_PX = 0.03
-# Where `fit_outline` puts its verdict, blur, arc, gated share and residual, the turn and the `spreads`.
-VERDICT, QUALITY, KNOWN, FOUND = 0, 1, 5, 13
-VERDICTS, POOR = ("", "short_arc", "out_of_frame", "no_edge", "occluded", "poor_fit"), 5.0
 
 
 class FitRequest(NamedTuple):
@@ -125,105 +124,10 @@ def bottom_unc(shape: EllipseShape, covariance: NDArray[np.float64]) -> float:
     return bottom_spread(shape.radius, shape.stretch, math.radians(shape.tilt_deg), covariance)
 
 
-@compiled
-def bottom_gradient(radius: float, stretch: float, tilt: float) -> NDArray[np.float64]:
-    """Derivative of the lowest row with respect to ``PARAMETERS`` (tilt in radians), (5,)."""
-    across, along = (radius * stretch) ** 2, (radius / stretch**2) ** 2
-    sine, cosine = math.sin(tilt), math.cos(tilt)
-    depth = math.sqrt(across * sine**2 + along * cosine**2)
-    return np.array([
-        0.0,
-        1.0,
-        depth / radius,
-        (across * sine**2 - 2.0 * along * cosine**2) / (stretch * depth),
-        (across - along) * sine * cosine / depth,
-    ])  # fmt: skip
-
-
-@compiled
-def bottom_spread(radius: float, stretch: float, tilt: float, covariance: NDArray[np.float64]) -> float:
-    """``bottom_unc`` of a tilt in radians."""
-    gradient = bottom_gradient(radius, stretch, tilt)
-    variance = 0.0
-    for i in range(1, 5):
-        for j in range(1, 5):
-            variance += gradient[i] * covariance[i, j] * gradient[j]
-    return math.sqrt(variance) if variance > 0.0 else variance * 0.0
-
-
-@compiled
-def spreads(radius: float, stretch: float, tilt: float, covariance: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Standard uncertainties of the five parameters, NaN of those that were held, and that of the lowest row (6,)."""
-    found = np.empty(6)
-    for i in range(5):
-        found[i] = math.sqrt(covariance[i, i]) if covariance[i, i] > 0.0 else math.nan
-    found[5] = bottom_spread(radius, stretch, tilt, covariance)
-    return found
-
-
 @cache
 def indices_of(free: tuple[str, ...]) -> NDArray[np.int64]:
     """Where the free parameters stand in PARAMETERS; read only."""
     return np.array([PARAMETERS.index(name) for name in free])
-
-
-@compiled
-def whole_covariance(
-    found: NDArray[np.float64], free: NDArray[np.int64], turn: NDArray[np.float64], tilt_unc: float
-) -> NDArray[np.float64]:
-    """Covariance of all five parameters, from that of the free ones and what a tilt known to ``tilt_unc`` (rad) does.
-
-    ``turn`` as in `turning`.
-    """
-    covariance = np.zeros((5, 5))
-    for i in range(free.size):
-        for j in range(free.size):
-            covariance[free[i], free[j]] = found[i, j]
-    for i in range(5):
-        for j in range(5):
-            covariance[i, j] += turn[ANSWER + i] * turn[ANSWER + j] * tilt_unc**2
-    return covariance
-
-
-@compiled
-def scan_verdict(report: NDArray[np.float64], least: float) -> float:
-    """Which of ``VERDICTS`` a scan deserves; ``least`` is the share of the perimeter that it must see."""
-    if report[1] < least:
-        return 1.0 if report[5] < least else 2.0
-    return 2.0 + report[0] if report[0] > 0.0 else 0.0
-
-
-@compiled
-def fit_outline(
-    values: NDArray[np.float32], vector: NDArray[np.float64], free: NDArray[np.int64], request: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Scan and, at the level "accurate", refine a shape, which is moved in place (patch pixels, tilt in radians).
-
-    ``request`` holds the top row, the motion (x, y), the ceiling, 1 where outliers lie outside only, 1 to refine, the
-    noise, the share of the perimeter to be seen and the uncertainty of a tilt that is held. Returns the numbers of the
-    fit (``VERDICT`` and on) and the covariance of all parameters.
-    """
-    found = np.full(FOUND, math.nan)
-    refines = request[5] > 0.0
-    scans = 2.0 if refines else 3.0
-    search = np.array([SEARCH_PX, request[4], RAYS, SCAN_VARIANCE, scans, request[1], request[2]])
-    covariance, scan, turn = scan_shape(values, vector, free, request[0], search, request[6])
-    found[QUALITY + 1 : KNOWN] = scan[1:4]
-    found[VERDICT] = scan_verdict(scan, request[7])
-    if found[VERDICT] == 0.0 and refines:
-        covariance, fine, turn = refine_shape(values, vector, free, request[:5])
-        if fine[STATUS] == 0.0:
-            found[QUALITY:KNOWN] = fine[BLUR : RESIDUAL + 1]
-        else:
-            found[VERDICT] = POOR
-    if found[VERDICT] > 0.0:
-        return found, np.full((5, 5), math.nan)
-    whole = whole_covariance(covariance, free, turn, request[8])
-    if not math.isfinite(whole.sum()):
-        found[VERDICT] = POOR
-    found[KNOWN], found[KNOWN + 1] = turn[STEP], turn[UNC]
-    found[KNOWN + 2 :] = spreads(vector[2], vector[3], vector[4], whole)
-    return found, whole
 
 
 def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> SilhouetteFit:
@@ -235,11 +139,10 @@ def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> Silhoue
     free = indices_of(request.free)
     top = request.top_y_px - patch.y0
     least = LEAST_ARC_FREE_SIZE if "R" in request.free else LEAST_ARC
-    numbers = np.array([
-        top, *request.motion_px, patch.ceiling, request.one_sided, request.level == "accurate", patch.noise_floor,
-        least, math.radians(request.tilt_unc_deg),
-    ], np.float64)  # fmt: skip
-    outline, covariance = fit_outline(values, vector, free, numbers)
+    settings = np.array([top, *request.motion_px, patch.ceiling, request.one_sided], np.float64)
+    tilt_unc = math.radians(request.tilt_unc_deg)
+    wanted = OutlineRequest(settings, request.level == "accurate", float(patch.noise_floor), least, tilt_unc)
+    outline, covariance = fit_outline(values, vector, free, wanted)
     found = outline.tolist()
     quality, known = found[QUALITY:KNOWN], found[KNOWN:]
     if status := VERDICTS[int(found[VERDICT])]:
