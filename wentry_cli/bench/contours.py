@@ -32,7 +32,7 @@ Measured = tuple[Floats, Floats]
 Method = Callable[[Frame], Measured]
 
 LEVELS = ("accurate", "fast")
-FRAMES, PEER_FRAMES, SLOW_FRAMES, QUICK_FRAMES = 1000, 200, 40, 12
+FRAMES, PEER_FRAMES, SLOW_FRAMES, QUICK_FRAMES = 1000, 200, 40, 6
 # An error beyond this (px, px of the half-width) is no measurement of the sphere.
 GROSS_PX = 5.0
 # Called good, but off by more than so many stated uncertainties and so many pixels.
@@ -40,7 +40,7 @@ FALSE_SIGMA, FALSE_PX = 5.0, 0.1
 
 
 def run(quick: bool, seed: int) -> list[BenchRow]:
-    """Place, stretch and lowest row of each method on each case; ``quick`` takes four cases of 12 frames."""
+    """Place, stretch and lowest row of each method on each case; ``quick`` takes four cases of 6 frames."""
     cases = [case for case in CASES if case.name in QUICK] if quick else list(CASES)
     measure = partial(measure_case, seed=seed, quick=quick)
     if quick:
