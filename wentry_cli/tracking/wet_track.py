@@ -112,7 +112,8 @@ class WetTracker:
     def _believable(self, sighting: Sighting) -> bool:
         """Whether this can be the sphere: no deeper than a fall without water, and as dark within as it was in air.
 
-        Its mirror image in the surface, seen from below, is neither.
+        Its mirror image in the surface, seen from below, is neither. The centre falls: the bottom of a soft sphere that
+        gets longer goes deeper.
         """
         if len(self.good) < 2 or sighting.fit is None:
             return True
@@ -123,7 +124,7 @@ class WetTracker:
         frame, last = self.good[-1]
         since, watched = sighting.frame - frame, frame - self.good[0][0]
         falls = (self.speed + 0.5 * self.gain * watched) * since + 0.5 * self.gain * since**2
-        return sighting.fit.bottom_y_px < last.bottom_y_px + 1.1 * falls + 3.0
+        return sighting.fit.center_y_px < last.center_y_px + 1.1 * falls + 3.0
 
     def _radius(self, seen: list[Sighting]) -> PooledRadius:
         pooled = pool_sightings(without_unconfirmed(seen), wet=True)
