@@ -95,6 +95,10 @@ def test_no_neck_says_so() -> None:
     assert find_seal([steady], scene(apex=vanished)).status == "no_neck"
 
 
+def test_what_was_never_seen_is_not_called_a_cavity_without_a_neck() -> None:
+    assert find_seal([], scene(apex=np.full(FRAMES, np.nan))).status == "no_edge"
+
+
 def test_a_cavity_that_is_open_to_the_end_has_not_closed_yet() -> None:
     assert find_seal([], scene()).status == "clip_ended"
 

@@ -196,8 +196,23 @@ def test_a_drop_whose_sphere_was_not_found_has_tables_that_say_so(
     assert len(read_table(lost, "cavity")) == len(read_table(lost, "neck")) == 0
     assert event(read_table(lost, "events"), "impact")["status"] == "no_object"
     row = event(read_table(lost, "events"), "pinch_off")
-    assert row["status"] == "no_neck"
+    assert row["status"] == "no_edge"
     assert np.isnan(row["t_s"])
+
+
+def test_where_nothing_stands_out_below_the_surface_it_is_told(
+    soft: tuple[Path, Path, dict[str, Any], pd.DataFrame], tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    folder, results = tmp_path / "drop", tmp_path / "results"
+    shutil.copytree(soft[0], folder)
+    shutil.copytree(soft[1], results)
+    pictures = sorted((folder / "side").glob("*.png"))
+    empty = pictures[0].read_bytes()  # the sphere is in air there
+    for picture in pictures:
+        picture.write_bytes(empty)
+    cavity.run(results, read_drop("drop", folder))
+    assert event(read_table(results, "events"), "pinch_off")["status"] == "no_edge"
+    assert "neither cavity nor sphere stands out from the ground" in caplog.text
 
 
 def test_a_rigid_sphere_filmed_from_the_side(tmp_path: Path) -> None:

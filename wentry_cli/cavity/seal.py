@@ -81,12 +81,15 @@ def find_seal(tracks: Sequence[NeckTrack], scene: Scene) -> Seal:
     (the contact line has run up), else a ``deep_seal``. A cavity that has left the surface before is a
     ``surface_seal``. Where the order of the two is not clear, or the cavity left the surface before the splash had
     domed over, the status is ``not_identified``. Without a closing neck it is ``clip_ended`` where one still narrows in
-    the last frames or the cavity is still open in them, else ``no_neck``. What leaves the surface together with
+    the last frames or the cavity is still open in them, ``no_edge`` where no frame shows a cavity or a sphere that
+    stands out from the ground, else ``no_neck``. What leaves the surface together with
     the sphere's own top is a sphere wetted all round, and the bubbles on it: there is no cavity to close (``no_neck``).
     """
     fits = [_close(track, scene) for track in tracks]
     fits = [_seen_closed(track, fit, scene) for track, fit in zip(tracks, fits, strict=True)]
     closed = [(fit.t_s, i) for i, fit in enumerate(fits) if fit.status == "ok"]
+    if not np.isfinite(scene.cavity_top_px).any():
+        return _no_seal("no_edge")
     left = _detachment(scene)
     wetted = _interpolate(left.t_s, scene.time_s, scene.sphere_top_px) < scene.surface_px + LOWEST * scene.radius_px
     if wetted:

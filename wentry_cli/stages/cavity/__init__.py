@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,6 +27,12 @@ if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
 
 Floats = NDArray[np.float64]
+
+NOTHING_SEEN = (
+    "below the surface neither cavity nor sphere stands out from the ground in any frame, so nothing is said of how "
+    "the cavity closes: film with more contrast, or check surface_y_px of views.side"
+)
+logger = logging.getLogger(__name__)
 
 ROWS_PER_RADIUS = 20  # cavity.csv keeps every third row of a sphere of 60 px
 
@@ -93,6 +100,8 @@ def run(folder: Path, drop: Drop) -> None:
         dome = find_dome(folder, drop, clip, ground, view)
     finally:
         clip.close()
+    if not np.isfinite(tops).any() and any(view.spheres):
+        logger.warning(f"{drop.name}: {NOTHING_SEEN}")
     tracks = follower.tracks()
     seal = find_seal(tracks, _scene(view, (tops, apexes), dome, frozenset(frame for frame, _ in clip.unreadable)))
     write_table(folder, "cavity", new_table("cavity", rows.table(view)))
