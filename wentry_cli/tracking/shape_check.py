@@ -85,7 +85,7 @@ def doubted_radius(air: PooledRadius, dry: Sequence[Sighting]) -> PooledRadius:
 
 def learn_departure(frames: Frames, ground: Background, dry: Sequence[Sighting]) -> Shape:
     """How the sphere departs from an ellipse, from the frames in air that show its whole outline."""
-    whole = [item for item in dry if item.ok and item.fit is not None and item.fit.arc_fraction > 0.98]
+    whole = [item for item in dry if item.ok and item.whole]
     if not whole:
         return Shape()
     found = []
@@ -115,7 +115,7 @@ def check_shape(
     """
     departure = shape.waves
     lines = [item.line for item in wet if item.ok and item.free_fit is not None and math.isfinite(item.line)]
-    whole = [item for item in dry if item.ok and item.fit is not None and item.fit.arc_fraction > 0.98]
+    whole = [item for item in dry if item.ok and item.whole]
     if not lines:
         return NO_CHECK
     if len(whole) < FEWEST_FRAMES:

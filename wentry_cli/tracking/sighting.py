@@ -29,6 +29,7 @@ CLEAR_GROUND_PX = 5.0
 CLEAR_GROUND = 0.85  # of the plain ground nearby, which is looked for between these distances, before and behind
 BESIDE_PX, DARKEST_GROUND = (2.0, 4.0), 0.5
 MOST_CROWDED = 0.2
+WHOLE_ARC = 0.98
 LEAST_OBLATE = 0.05  # of the stretch from 1: a rounder sphere does not tell how it leans
 WITHIN_PX, RAYS_WITHIN = 4.0, 24
 FURTHER_PX = (1.5, 1.0)
@@ -95,6 +96,11 @@ class Sighting(NamedTuple):
     def traced(self) -> bool:
         """Whether the fit tells where the sphere is, even where it is not good enough for a row of its own."""
         return self.fit is not None and (self.ok or (self.circle and self.fit.status == "ok"))
+
+    @property
+    def whole(self) -> bool:
+        """Whether all of the outline was looked at."""
+        return self.fit is not None and self.fit.arc_fraction > WHOLE_ARC
 
     @property
     def outline(self) -> tuple[float, float]:

@@ -63,10 +63,7 @@ def shape_offset_px(dry: Sequence[Sighting]) -> float:
         [
             item.bottom.y_px - item.fit.bottom_y_px
             for item in dry
-            if item.fit is not None
-            and item.fit.arc_fraction > 0.98
-            and best_bottom(item)[2]
-            and item.bottom is not None
+            if item.fit is not None and item.whole and best_bottom(item)[2] and item.bottom is not None
         ]
     )
     if len(offsets) < 3:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
 
 logger = logging.getLogger(__name__)
-FEWEST, WHOLE_ARC = 4, 0.9
+FEWEST, LEAST_ARC = 4, 0.9
 # how far a stretch must be from 1 (a moulded sphere may be out of round by a hundredth of its diameter), that in
 # standard uncertainties, and by which share of it it may change
 LEAST, CLEARLY, STEADY = 0.006, 5.0, 0.3
@@ -30,7 +30,7 @@ def oblateness(sightings: Sequence[Sighting]) -> float:
     whole = [
         (item.fit.stretch - 1.0, item.fit.stretch_unc)
         for item in sightings
-        if item.ok and not item.wet and item.fit is not None and item.fit.arc_fraction > WHOLE_ARC
+        if item.ok and not item.wet and item.fit is not None and item.fit.arc_fraction > LEAST_ARC
     ]
     if len(whole) < FEWEST:
         return 0.0
