@@ -12,7 +12,7 @@ from wentry_cli.imaging.ground import BLOCK_PX, block_means, fill_holes
 
 COVERED = 0.05  # of the bright ground: what is darker than the level by that in the first frame shows something else
 CORE, FADING = 0.95, 0.98  # of the ground around: a patch that is darker somewhere, and how far it reaches
-EDGE_BLOCKS = 2
+EDGE_BLOCKS, ACROSS = 2, 0.7
 
 
 def false_ground(level: NDArray[np.float32], first: NDArray[Any]) -> NDArray[np.bool_]:
@@ -30,6 +30,7 @@ def false_ground(level: NDArray[np.float32], first: NDArray[Any]) -> NDArray[np.
         return np.zeros(level.shape, bool)
     ground, light = float(np.nanpercentile(known, 80)), float(np.nanmedian(begun / known))
     covered = begun < light * known - COVERED * ground
+    covered[np.mean(covered, axis=1) > ACROSS] = False
     if not covered.any() or covered.all():
         return np.zeros(level.shape, bool)
     around = fill_holes(np.where(covered, np.float32(np.nan), known))

@@ -1,0 +1,29 @@
+"""What is bright only since a cavity is there is no ground; what goes right across the picture is a surface."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wentry_cli.imaging.late_ground import false_ground
+
+
+def scene(line: float, core: float) -> np.ndarray:
+    """A ground of 180 with a surface in four rows and a disc below it."""
+    level = np.full((160, 200), 180.0, np.float32)
+    y, x = np.mgrid[:160, :200]
+    level[np.hypot(x - 100, y - 100) < 20] = core
+    level[40:44] = line
+    return level
+
+
+def test_the_core_of_a_cavity_is_no_ground() -> None:
+    found = false_ground(scene(80.0, 160.0), scene(80.0, 20.0))
+    assert found[100, 100]
+    assert not found[:60].any()
+
+
+def test_a_surface_before_a_camera_that_shakes_is_ground() -> None:
+    """In the first frame the rows at its edge are darker than in the brightest of all frames."""
+    found = false_ground(scene(110.0, 160.0), scene(80.0, 20.0))
+    assert found[100, 100]
+    assert not found[:60].any()
