@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from wentry_cli.bench.row import BenchRow
-from wentry_cli.contours.departure import Departure, measure_departure, pool_departures
+from wentry_cli.contours.departure import Departure, measure_departure, outline_offsets, pool_departures
 from wentry_cli.contours.ellipse import EllipseShape, SilhouetteFit
 from wentry_cli.contours.silhouette import fit_silhouette
 from wentry_cli.frames.formats import open_recording
@@ -29,6 +29,8 @@ FULL_SCALE = 4095
 BOX = 90.0
 START = (172.0, 112.0, 62.5)
 SPEED_PX = 2.65
+CHANGING = "what changes from frame to frame"
+MOST_OFF_PX = 1.5
 METHODS = (
     "accurate, its own waves known, clipped light masked",
     "accurate, clipped light masked",
@@ -58,6 +60,9 @@ def run(recording: Path | None) -> list[BenchRow]:
             fits = _follow(frames, method, motion, _own_waves(frames, fits))
         spent = 1e-3 * (time.thread_time_ns() - start) / len(frames)
         rows += [_scatter(method, quantity, fits, spent) for quantity in ("y", "x")]
+        if "waves known" in method:
+            share = _changing_share(frames, fits)
+            rows += [_scatter(f"{method}; {CHANGING}", quantity, fits, spent, share) for quantity in ("y", "x")]
         radii[method] = float(np.mean([fit.radius_px for fit in fits if fit.status == "ok"]))
     radii["outer contour at half level"], radii["area below half level"] = _simple_radii(frames)
     return rows + _scale_rows(radii)
@@ -70,6 +75,21 @@ def _own_waves(frames: list[NDArray[Any]], fits: list[SilhouetteFit]) -> Departu
     ]
     found = [measure_departure(patch, fit) for patch, fit in zip(patches, fits, strict=True)]
     return pool_departures(found, fits[0].radius_px).waves
+
+
+def _changing_share(frames: list[NDArray[Any]], fits: list[SilhouetteFit]) -> float:
+    """Share of what the edge scatters about the ellipse along rays that changes from frame to frame.
+
+    The rest, shape and texture of the ball, is the same along a ray in all frames. No centre is looked at.
+    """
+    off = []
+    for frame, fit in zip(frames, fits, strict=True):
+        patch = _patch(frame, (fit.center_x_px, fit.center_y_px), False)
+        off.append(outline_offsets(patch, fit)[0])
+    values = np.array(off)
+    values[np.abs(values) > MOST_OFF_PX] = np.nan
+    changing = values - np.nanmean(values, axis=0)
+    return float(np.nanstd(changing) / np.nanstd(values) * math.sqrt(len(fits) / (len(fits) - 1)))
 
 
 def _patch(frame: NDArray[Any], place: tuple[float, float], masked: bool) -> Patch:
@@ -100,12 +120,15 @@ def _follow(frames: list[NDArray[Any]], method: str, motion: float, departure: D
     return fits
 
 
-def _scatter(method: str, quantity: str, fits: list[SilhouetteFit], spent: float) -> BenchRow:
-    """Residual of one coordinate about a parabola, weighted; pull is the root of the reduced chi square."""
+def _scatter(method: str, quantity: str, fits: list[SilhouetteFit], spent: float, share: float = 1.0) -> BenchRow:
+    """Residual of one coordinate about a parabola, weighted; pull is the root of the reduced chi square.
+
+    ``share`` is how much of the stated uncertainty counts.
+    """
     good = np.array([fit.status == "ok" for fit in fits])
     number = np.arange(len(fits), dtype=np.float64)[good]
     values = np.array([getattr(fit, f"center_{quantity}_px") for fit in fits])[good]
-    unc = np.array([getattr(fit, f"center_{quantity}_unc_px") for fit in fits])[good]
+    unc = share * np.array([getattr(fit, f"center_{quantity}_unc_px") for fit in fits])[good]
     curve = np.polynomial.Polynomial.fit(number, values, 2, w=1.0 / unc)
     rest = values - curve(number)
     freedom = len(number) - 3

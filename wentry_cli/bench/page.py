@@ -64,9 +64,10 @@ status, and events.""",
     "ball": """\
 A 2.5 mm ball at 30 000 frames/s (FASTCAM Nova, 12 bit packed) before a back light that clips. Centres must lie on a
 parabola; χ² has the interval of 95 %. What is stated also holds errors that are the same in every frame (the ball is no
-ellipse, its edge is textured, and the texture counts as noise): those do not scatter, so the scatter lies below. Radii
-by definition of the edge differ by what no fit can know while the light is clipped: a systematic uncertainty of
-scale.""",
+ellipse, its edge is textured, and the texture counts as noise): those do not scatter, so the scatter lies below. *What
+changes from frame to frame* is the share of it that the edge along fixed rays, about the ellipse of each frame, does
+not show alike in all frames; with that the scatter must agree. Radii by definition of the edge differ by what no fit
+can know while the light is clipped: a systematic uncertainty of scale.""",
     "throughput": """\
 A drop filmed from the side, frames of 1024 × 1024 from the page cache, processor time on one core. The files with one
 sphere hold the same scene; PNG has the fastest compression, AVI is motion JPEG. *Decoding alone* reads every frame

@@ -6,6 +6,10 @@ import math
 from collections.abc import Callable
 from contextlib import suppress
 
+import numpy as np
+from scipy.stats import chi2
+
+from wentry_cli.bench.ball import CHANGING
 from wentry_cli.bench.mechanics_targets import list_mechanics
 from wentry_cli.bench.outline_cases import find_case
 from wentry_cli.bench.row import BenchRow
@@ -57,7 +61,7 @@ def list_targets(rows: list[BenchRow]) -> list[Target]:
     for part in (_contours, _separation, _pinch_off):
         with suppress(KeyError):  # a case was not run
             targets += part(known)
-    return targets + list_mechanics(rows) + list_speed(rows)
+    return targets + _ball(rows) + list_mechanics(rows) + list_speed(rows)
 
 
 def _contours(rows: Rows) -> list[Target]:
@@ -167,3 +171,15 @@ def _pinch_off(rows: Rows) -> list[Target]:
         ),
         Target("t_p: RMSE at 0.2 px", "≤ 0.12 frame", f"{rmse.rmse:.3f} ({rmse.case})", rmse.rmse <= 0.12),
     ]
+
+
+def _ball(rows: list[BenchRow]) -> list[Target]:
+    """The scatter of a real ball about its parabola against what is stated of it, with the interval of 95 %."""
+    found = [row for row in rows if row.chapter == "ball" and row.method.endswith(CHANGING)]
+    if not found:
+        return []
+    freedom = round(found[0].items * found[0].measured) - 3
+    low, high = np.sqrt(chi2.ppf([0.025, 0.975], freedom) / freedom)
+    text = ", ".join(f"{row.pull:.2f} ({row.quantity})" for row in found)
+    what = "a real ball: √(χ²/ν) about a parabola, of what changes from frame to frame"
+    return [Target(what, f"{low:.2f} to {high:.2f}", text, all(low <= row.pull <= high for row in found))]

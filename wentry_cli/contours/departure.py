@@ -57,12 +57,9 @@ class Waves:
 
 def measure_departure(patch: Patch, fit: SilhouetteFit) -> Waves:
     """Waves of one whole outline about its fitted ellipse; none where a part of it is not seen or not smooth."""
-    values = np.ascontiguousarray(patch.values, dtype=np.float32)
-    shape = fit.shape.vector(patch.x0, patch.y0)
-    phi, waves = _rays()
-    rays = arc_geometry(shape, phi)
-    at, _, _ = edge_candidates(values, rays, SEARCH_PX, STEP_PX, LINES)
-    off = at[:, 0] / fit.radius_px
+    offsets, rays = outline_offsets(patch, fit)
+    _, waves = _rays()
+    off = offsets / fit.radius_px
     good = np.abs(off) < MOST_OFF
     if np.mean(good) < LEAST_SHARE_SEEN:
         return Waves()
@@ -72,6 +69,14 @@ def measure_departure(patch: Patch, fit: SilhouetteFit) -> Waves:
     independent = min(float(np.count_nonzero(good)), 2.0 * math.pi * fit.radius_px / BLUR_PX)
     error = float(np.std(off[good] - design @ solution)) * math.sqrt(2.0 / independent)
     return Waves(tuple(solution[4:].tolist()), error)
+
+
+def outline_offsets(patch: Patch, fit: SilhouetteFit) -> tuple[Floats, Floats]:
+    """How far outside of the fitted ellipse the edge lies along ``RAYS`` normals, px, and their geometry."""
+    values = np.ascontiguousarray(patch.values, dtype=np.float32)
+    rays = arc_geometry(fit.shape.vector(patch.x0, patch.y0), _rays()[0])
+    at, _, _ = edge_candidates(values, rays, SEARCH_PX, STEP_PX, LINES)
+    return at[:, 0], rays
 
 
 @cache
