@@ -15,12 +15,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from wentry_cli.mechanics.compression import compression_force
-from wentry_cli.report.campaign import Campaign, read_campaign
+from wentry_cli.report.campaign import Campaign, example_drop, read_campaign
 from wentry_cli.report.curves import conditions, mean_and_spread, mean_curve
 from wentry_cli.report.drawing import draw_panel, styled
 from wentry_cli.report.drop_sheets import drop_sheets
 from wentry_cli.report.flight_motion import flight_velocity
 from wentry_cli.report.force_panels import force_coefficients
+from wentry_cli.report.legends import stiffness_handles
 from wentry_cli.report.moments import telling_moments
 from wentry_cli.report.names import file_stem
 from wentry_cli.report.numbers import fixed, or_reason, with_uncertainty
@@ -30,9 +31,9 @@ from wentry_cli.report.panels import campaign_panels, drop_panels
 from wentry_cli.report.pinch_off_panels import _numbers
 from wentry_cli.report.strip_frames import _chosen_rows
 from wentry_cli.report.style import GREEN, VERMILION, plain, stiffness_shade
-from wentry_cli.report.tabulation import drop_table, flight_table
+from wentry_cli.report.tabulation import drop_table, entry_table, flight_table
 from wentry_cli.report.theory import added_mass_prefactor, published_pinch_off_band, ring_model_pinch_off
-from wentry_cli.report.velocity_panels import speed_groups, with_gaps
+from wentry_cli.report.velocity_panels import speed_groups, velocity_change, with_gaps
 from wentry_cli.report.words import MEANINGS
 from wentry_cli.schemas import STATUS_WORDS
 from wentry_cli.tables import new_table
@@ -483,6 +484,53 @@ def test_a_number_that_only_the_side_view_tells_says_that_there_is_none(campaign
     assert row["U₀ (m/s)"] == "– (no side view)"
     other = dict(zip(table.header, table.rows[1], strict=True))
     assert other["U₀ (m/s)"] == "5.340 ± 0.010"
+
+
+def test_the_reason_of_a_missing_number_is_its_own(campaign: Campaign) -> None:
+    """A sphere without a material whose cavity shows no neck: the status tells of the pinch-off."""
+    soft = campaign.drops[1]
+    gone = {"g_inf_pa", "stiffness_ratio", "t_p_s", "period_s", "impact_speed_m_s"}
+    numbers = {name: value for name, value in soft.summary.items() if name not in gone} | {"status": "no_neck"}
+    periods = soft.table("periods").assign(status="clip_ended")
+    events = soft.table("events").assign(status="no_neck")
+    drop = replace(soft, summary=numbers, tables={**soft.tables, "periods": periods, "events": events})
+    row: dict[str, str] = {}
+    for table in (drop_table, entry_table):
+        found = table(replace(campaign, drops=(drop, *campaign.drops[2:])))
+        row |= dict(zip(found.header, found.rows[0], strict=True))
+    assert row["G∞ (kPa)"] == row["G∞/(ρ_w U₀²)"] == "– (no material)"
+    assert row["T (ms)"] == "– (clip_ended)"
+    assert row["t_p (ms)"] == "– (no_neck)"
+    assert row["U₀ (m/s)"] == "– (no_object)"
+
+
+def test_a_loss_of_velocity_without_a_stiffness_is_not_called_missing(tmp_path: Path) -> None:
+    campaign = read_campaign(tmp_path, write_campaign(tmp_path, (Made("a"),)))
+    (drop,) = campaign.drops
+    drop = replace(drop, summary={**drop.summary, "g_inf_pa": math.nan, "stiffness_ratio": math.nan})
+    panel = velocity_change(replace(campaign, drops=(drop,)))
+    assert isinstance(panel, NotDrawn)
+    assert "stiffness" in panel.reason
+
+
+def test_the_colour_of_an_unknown_stiffness_is_in_the_legend() -> None:
+    data = pd.DataFrame({"rigid": [False, False, True], "g_inf_pa": [6900.0, math.nan, math.nan]})
+    entries = {handle.get_label(): handle.get_color() for handle in stiffness_handles(data)}
+    assert entries["$G_\\infty$ not known"] == stiffness_shade(math.nan, False)
+    assert len(entries) == 3
+    assert len(stiffness_handles(data[data["g_inf_pa"].notna()])) == 1
+
+
+def test_of_drops_alike_the_example_has_the_most_measured_frames(campaign: Campaign) -> None:
+    first, second = campaign.drops[1:3]
+    for most in (first, second):
+        drops = [
+            replace(drop, summary={**drop.summary, "frames_measured": 280 if drop is most else 120})
+            for drop in (first, second)
+        ]
+        chosen = example_drop(drops, "side")
+        assert chosen is not None
+        assert chosen.name == most.name
 
 
 def test_a_dash_says_why() -> None:
