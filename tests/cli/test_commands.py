@@ -99,9 +99,9 @@ def _seconds(*words: str) -> float:
             "nowhere.csv: no such file; give the CSV file of the compression test\n",
         ),
         (("calibrate", "compression", ".", "--diameter-m", "0.05"), 4, ".: is a folder; give the CSV file"),
-        (("process", "x", "-j", "two"), 2, "'two' drops side by side: give a whole number from 1 to 1024."),
-        (("run", "x", "-j", "0"), 2, "'0' drops side by side: give a whole number from 1 to 1024."),
-        (("render", "x", "-j", "1.5"), 2, "'1.5' drops side by side: give a whole number from 1 to 1024."),
+        (("process", "x", "-j", "two"), 2, "'two': drops side by side are a whole number from 1 to 1024."),
+        (("run", "x", "-j", "0"), 2, "'0': drops side by side are a whole number from 1 to 1024."),
+        (("render", "x", "-j", "1.5"), 2, "'1.5': drops side by side are a whole number from 1 to 1024."),
         (("calibrate", "impact", "nowhere"), 4, "nowhere"),
     ],
 )

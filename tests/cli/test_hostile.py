@@ -122,6 +122,7 @@ def test_scenes_have_bounds(wentry: Command, tmp_path: Path, change: str) -> Non
 def test_a_failing_side_view_beside_a_top_view_has_its_sentence(wentry: Command, video: Path, tmp_path: Path) -> None:
     _edit(video, "views:", "views:\n  top: {source: above, fps: 1000, scale_px_per_m: 1000, camera_distance_m: 1.5}")
     shutil.copytree(video / "side", video / "above")
-    done = wentry("process", video, "-o", tmp_path / "r", "--set", "views.side.polarity=bright")
+    done = wentry("run", video, "-o", tmp_path / "r", "--set", "views.side.polarity=bright")
     assert done.code == 5, done.err
-    assert "polarity" in done.err
+    assert done.err.endswith(f"what failed, and what there is: {tmp_path / 'r' / 'report.html'}\n")
+    assert "darker than what is behind it is seen, but polarity of views.side is bright: set polarity: dark" in done.err

@@ -195,6 +195,8 @@ def test_a_part_of_the_campaign_has_keys_or_is_refused(tmp_path: Path, text: str
     ("text", "expected"),
     [
         ("kind: [", "not valid YAML"),
+        ('kind: water_entry\nviews:\n  side: {source: "run12, fps: 2000}\n', "3:18: error: not valid YAML: the quote"),
+        ("kind: 'water_entry\nb: 1\n", "1:7: error: not valid YAML: the quote that opens here is not closed; close it"),
         ("- a\n- b\n", "must hold `key: value` lines"),
         ("kind: water_entry\nkind: free_flight\n", "2:1: error: kind: stands twice"),
         ("b: *x\n", "1:4: error: aliases (*x) are not read"),

@@ -15,8 +15,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from wentry_cli.report.campaign import read_campaign
-from wentry_cli.report.film_strips import _draw_strip
+from wentry_cli.report.film_strips import _draw_strip, film_strips
 from wentry_cli.report.moments import Moment
+from wentry_cli.report.panel import Panel
 from wentry_cli.report.strip_frames import Shot, _region
 from wentry_cli.stages.ingest import open_view
 
@@ -62,6 +63,30 @@ def test_the_scale_bar_stands_out_from_any_ground(level: int | str) -> None:
     assert length.get_text() == "20 mm"
     assert figure.axes[0].bbox.contains(*length.get_window_extent().min)
     assert figure.axes[0].bbox.contains(*length.get_window_extent().max)
+
+
+@pytest.mark.parametrize(
+    ("status", "title"), [("ok", "18.4 ms\nlongest"), ("poor_fit", "18.4 ms\nlongest\n(poor fit)")]
+)
+def test_a_picture_names_its_moment_and_what_was_not_measured(status: str, title: str) -> None:
+    figure = Figure()
+    shots = [
+        Shot(np.zeros((SIZE, SIZE), np.uint8), {**ROW, "t_s": t, "status": status}, Moment(t, "longest"))
+        for t in (0.0184, 0.03)
+    ]
+    _draw_strip(figure, shots, (0, 0, SIZE, SIZE), "side", math.nan, math.nan)
+    assert figure.axes[0].get_title(loc="center") == title
+
+
+def test_the_caption_of_a_strip_says_how_its_greys_are_stretched(tmp_path: Path) -> None:
+    """The film has levels 40 and 200 only."""
+    made = Made("soft")
+    (drop,) = read_campaign(tmp_path, write_campaign(tmp_path, (made,))).drops
+    film(tmp_path / "videos", made)
+    (configuration,) = configured(tmp_path / "videos", (made,))
+    side, _ = film_strips(drop, lambda name, view: open_view(configuration, view).recording)
+    assert isinstance(side, Panel)
+    assert "Grey levels 40 to 200 of the recording" in side.caption
 
 
 def test_the_region_of_a_strip_holds_every_outline_that_is_drawn(tmp_path: Path) -> None:

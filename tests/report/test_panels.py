@@ -15,13 +15,14 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from wentry_cli.mechanics.compression import compression_force
-from wentry_cli.report.campaign import Campaign, read_campaign
+from wentry_cli.report.campaign import Campaign, example_drop, read_campaign
 from wentry_cli.report.curves import conditions, mean_and_spread, mean_curve
 from wentry_cli.report.drawing import draw_panel, styled
 from wentry_cli.report.drop_sheets import drop_sheets
 from wentry_cli.report.flight_motion import flight_velocity
 from wentry_cli.report.force_panels import force_coefficients
-from wentry_cli.report.moments import Moment, telling_moments
+from wentry_cli.report.legends import stiffness_handles
+from wentry_cli.report.moments import telling_moments
 from wentry_cli.report.names import file_stem
 from wentry_cli.report.numbers import fixed, or_reason, with_uncertainty
 from wentry_cli.report.page import page_title
@@ -30,9 +31,9 @@ from wentry_cli.report.panels import campaign_panels, drop_panels
 from wentry_cli.report.pinch_off_panels import _numbers
 from wentry_cli.report.strip_frames import _chosen_rows
 from wentry_cli.report.style import GREEN, VERMILION, plain, stiffness_shade
-from wentry_cli.report.tabulation import drop_table, flight_table
+from wentry_cli.report.tabulation import drop_table, entry_table, flight_table
 from wentry_cli.report.theory import added_mass_prefactor, published_pinch_off_band, ring_model_pinch_off
-from wentry_cli.report.velocity_panels import speed_groups, with_gaps
+from wentry_cli.report.velocity_panels import speed_groups, velocity_change, with_gaps
 from wentry_cli.report.words import MEANINGS
 from wentry_cli.schemas import STATUS_WORDS
 from wentry_cli.tables import new_table
@@ -485,6 +486,53 @@ def test_a_number_that_only_the_side_view_tells_says_that_there_is_none(campaign
     assert other["U₀ (m/s)"] == "5.340 ± 0.010"
 
 
+def test_the_reason_of_a_missing_number_is_its_own(campaign: Campaign) -> None:
+    """A sphere without a material whose cavity shows no neck: the status tells of the pinch-off."""
+    soft = campaign.drops[1]
+    gone = {"g_inf_pa", "stiffness_ratio", "t_p_s", "period_s", "impact_speed_m_s"}
+    numbers = {name: value for name, value in soft.summary.items() if name not in gone} | {"status": "no_neck"}
+    periods = soft.table("periods").assign(status="clip_ended")
+    events = soft.table("events").assign(status="no_neck")
+    drop = replace(soft, summary=numbers, tables={**soft.tables, "periods": periods, "events": events})
+    row: dict[str, str] = {}
+    for table in (drop_table, entry_table):
+        found = table(replace(campaign, drops=(drop, *campaign.drops[2:])))
+        row |= dict(zip(found.header, found.rows[0], strict=True))
+    assert row["G∞ (kPa)"] == row["G∞/(ρ_w U₀²)"] == "– (no material)"
+    assert row["T (ms)"] == "– (clip_ended)"
+    assert row["t_p (ms)"] == "– (no_neck)"
+    assert row["U₀ (m/s)"] == "– (no_object)"
+
+
+def test_a_loss_of_velocity_without_a_stiffness_is_not_called_missing(tmp_path: Path) -> None:
+    campaign = read_campaign(tmp_path, write_campaign(tmp_path, (Made("a"),)))
+    (drop,) = campaign.drops
+    drop = replace(drop, summary={**drop.summary, "g_inf_pa": math.nan, "stiffness_ratio": math.nan})
+    panel = velocity_change(replace(campaign, drops=(drop,)))
+    assert isinstance(panel, NotDrawn)
+    assert "stiffness" in panel.reason
+
+
+def test_the_colour_of_an_unknown_stiffness_is_in_the_legend() -> None:
+    data = pd.DataFrame({"rigid": [False, False, True], "g_inf_pa": [6900.0, math.nan, math.nan]})
+    entries = {handle.get_label(): handle.get_color() for handle in stiffness_handles(data)}
+    assert entries["$G_\\infty$ not known"] == stiffness_shade(math.nan, False)
+    assert len(entries) == 3
+    assert len(stiffness_handles(data[data["g_inf_pa"].notna()])) == 1
+
+
+def test_of_drops_alike_the_example_has_the_most_measured_frames(campaign: Campaign) -> None:
+    first, second = campaign.drops[1:3]
+    for most in (first, second):
+        drops = [
+            replace(drop, summary={**drop.summary, "frames_measured": 280 if drop is most else 120})
+            for drop in (first, second)
+        ]
+        chosen = example_drop(drops, "side")
+        assert chosen is not None
+        assert chosen.name == most.name
+
+
 def test_a_dash_says_why() -> None:
     assert or_reason("–", "clip_ended") == "– (clip_ended)"
     assert or_reason("–", "ok") == "–"
@@ -520,59 +568,80 @@ def test_same_reasons_are_said_once() -> None:
     ]  # fmt: skip
 
 
-def test_moments_stay_within_what_was_measured(campaign: Campaign) -> None:
-    from wentry_cli.report.moments import measured_span, telling_moments
-
+def test_moments_are_frames_of_the_leading_view_and_all_have_a_label(campaign: Campaign) -> None:
     for drop in campaign.drops:
-        start, stop = measured_span(drop)
-        moments = [moment.t_s for moment in telling_moments(drop)]
-        assert 6 <= len(moments) <= 8
-        assert moments == sorted(moments)
-        assert all(start - 1e-12 <= t <= stop + 1e-12 for t in moments)
+        side = drop.table("side")
+        measured = side.loc[side["status"] == "ok", "t_s"].astype(float)
+        moments = telling_moments(drop)
+        assert len(moments) == 7
+        times = [moment.t_s for moment in moments]
+        assert times == sorted(times)
+        assert set(times) <= set(side["t_s"].astype(float))
+        assert measured.min() <= times[0]
+        assert times[-1] <= measured.max()
+        assert all(moment.label for moment in moments)
     labels = {moment.label for moment in telling_moments(campaign.drops[1])}
     assert {"impact", "pinch-off", "widest, N = 1", "longest, N = 1"} <= labels
 
 
-def test_both_strips_of_a_drop_show_the_same_frames(campaign: Campaign) -> None:
-    """Where one view does not see the sphere at its widest, both show the frame beside it that both have measured."""
+@pytest.mark.parametrize("status", ["ok", "occluded"])
+def test_both_strips_show_the_frame_nearest_to_an_event_whatever_was_measured_in_it(
+    campaign: Campaign, status: str
+) -> None:
+    """The top view, which was hidden at the peak, shows the same frame as the side view."""
     drop = campaign.drops[1]
     peak = drop.table("periods")["t_peak_s"].iloc[0]
-    hidden = drop.table("side").copy()
-    at_peak = (hidden["t_s"] - peak).abs().idxmin()
-    hidden.loc[at_peak, "status"] = "occluded"
-    spoilt = replace(drop, tables={**drop.tables, "side": hidden})
-    frames = {}
-    for view, other in (("side", "top"), ("top", "side")):
-        chosen = _chosen_rows(spoilt.table(view), spoilt.table(other), telling_moments(spoilt, view))
-        frames[view] = next(row["frame"] for moment, row in chosen if moment.label == "widest, N = 1")
-    assert frames["side"] == frames["top"]
-    assert abs(frames["side"] - at_peak) == 1
+    side, top = drop.table("side").copy(), drop.table("top").copy()
+    at_peak = (side["t_s"] - peak).abs().idxmin()
+    side.loc[at_peak, "status"] = status
+    top.loc[at_peak - 2 : at_peak + 2, "status"] = "occluded"
+    spoilt = replace(drop, tables={**drop.tables, "side": side, "top": top})
+    for view in ("side", "top"):
+        chosen = _chosen_rows(spoilt.table(view), telling_moments(spoilt))
+        (row,) = [row for moment, row in chosen if moment.label == "widest, N = 1"]
+        assert row["frame"] == side.loc[at_peak, "frame"]
 
 
-def test_a_frame_beside_the_impact_is_not_called_impact(campaign: Campaign) -> None:
-    """Where the frame at contact was not measured, the one before it is shown and says what it is."""
-    side = campaign.drops[1].table("side").copy()
-    none = side.head(0)
-    times = side["t_s"].to_numpy(float)
-    contact = int(np.argmin(abs(times)))
-    ((moment, row),) = _chosen_rows(side, none, [Moment(0.0, "impact")])
-    assert (moment.label, row["frame"]) == ("impact", contact)
-    side.loc[[contact, contact + 1], "status"] = "occluded"
-    ((moment, row),) = _chosen_rows(side, none, [Moment(0.0, "impact")])
-    assert (moment.label, row["frame"]) == ("before contact", contact - 1)
-
-
-def test_a_view_alone_shows_the_frame_that_it_has_measured(campaign: Campaign) -> None:
+def test_a_frame_that_cannot_be_shown_is_not_chosen(campaign: Campaign) -> None:
     drop = campaign.drops[1]
-    side, none = drop.table("side"), drop.table("top").head(0)
-    good = side[side["status"] == "ok"].iloc[20]
-    ((_, row),) = _chosen_rows(side, none, [Moment(float(good["t_s"]) + 1e-5, "")])
-    assert row["frame"] == good["frame"]
+    side = drop.table("side").copy()
+    contact = side["t_s"].abs().idxmin()
+    side.loc[contact, "status"] = "bad_frame"
+    (impact,) = [
+        moment for moment in telling_moments(replace(drop, tables={**drop.tables, "side": side}))
+        if moment.label == "impact"
+    ]  # fmt: skip
+    assert abs(side["t_s"] - impact.t_s).idxmin() in (contact - 1, contact + 1)
+
+
+def test_a_pinch_off_after_the_sphere_has_left_the_image_is_in_the_strip(campaign: Campaign) -> None:
+    drop = campaign.drops[1]
+    side = drop.table("side").copy()
+    side.loc[side["t_s"] > 0.6 * drop.number("t_p_s"), "status"] = "out_of_frame"
+    moments = telling_moments(replace(drop, tables={**drop.tables, "side": side}))
+    assert moments[-1].label == "pinch-off"
+    assert moments[-1].t_s == pytest.approx(drop.number("t_p_s"), abs=2.6e-4)
+    assert len(moments) == 7
+
+
+def test_a_view_shows_no_frame_of_another_time(campaign: Campaign) -> None:
+    """A top view that ended before pinch-off has no picture of it."""
+    drop = campaign.drops[1]
+    top = drop.table("top")
+    top = top[top["t_s"] < 0.8 * drop.number("t_p_s")]
+    assert "pinch-off" not in {moment.label for moment, _ in _chosen_rows(top, telling_moments(drop))}
+
+
+def test_vertical_lines_are_the_frames_of_the_strip(campaign: Campaign, panels: list[Panel]) -> None:
+    (panel,) = [panel for panel in panels if panel.key == "3d"]
+    (drop,) = [drop for drop in campaign.drops if drop.name == panel.drop]
+    lines = panel.data.loc[panel.data["series"] == "moment", "t_ms"]
+    shown = [1e3 * row["t_s"] for _, row in _chosen_rows(drop.table("side"), telling_moments(drop))]
+    assert list(lines) == pytest.approx(shown)
 
 
 def test_a_drop_that_stands_still_has_no_moments() -> None:
     from wentry_cli.report.campaign import DropResults
-    from wentry_cli.report.moments import telling_moments
 
     assert telling_moments(DropResults("x", {}, {})) == []
     assert Made("x").ratio > 0

@@ -21,6 +21,8 @@ NO_SLOPE = {"relation": "delta_u", "x": "stiffness_ratio", "y": "delta_u_over_u0
             "n_spheres": 1, "paper_value": -0.5, "left_out": "a: sphere_seal", "status": "too_few"}  # fmt: skip
 NO_INTERVAL = {"relation": "pinch_off_d", "x": "froude", "y": "tp_u0_over_d", "slope": 1.3, "n": 6, "n_conditions": 1,
                "n_spheres": 1, "status": "too_few"}  # fmt: skip
+ALIKE = {"relation": "delta_u", "x": "stiffness_ratio", "y": "delta_u_over_u0", "n": 6, "n_conditions": 6,
+         "n_spheres": 1, "status": "too_few"}  # fmt: skip
 NOBODY = {"relation": "period_exp", "x": "elastic_time_s", "y": "period_s", "n": 0, "status": "too_few"}
 
 
@@ -53,7 +55,8 @@ def test_a_power_law_has_the_interval_of_its_exponent(campaign: Campaign) -> Non
 
 
 def test_a_row_without_a_number_says_why(campaign: Campaign) -> None:
-    none, bare = shown(campaign, NO_SLOPE, NO_INTERVAL, NOBODY)  # nothing bears on the last
+    none, bare, alike = shown(campaign, NO_SLOPE, NO_INTERVAL, ALIKE, NOBODY)  # nothing bears on the last
+    assert alike["slope"] == "– (drops hardly apart in x)"
     assert none["slope"] == "– (too few: 5 drops needed)"
     assert (none["95 % interval"], none["paper"], none["left out"]) == ("–", "−0.5", "a: sphere_seal")
     assert bare["slope"] == "1.3"
@@ -63,6 +66,7 @@ def test_a_row_without_a_number_says_why(campaign: Campaign) -> None:
 def test_a_caption_counts_drops_conditions_and_spheres() -> None:
     assert slope_text(PERIOD) == "slope 1.090, 95 % interval 0.920 to 1.260, 5 drops in 5 conditions, 4 spheres"
     assert slope_text(NO_INTERVAL) == (
-        "slope 1.300, 95 % interval not known (too few for it: 6 drops in 1 condition, 1 sphere)"
+        "slope 1.300, 95 % interval not known (too few groups: 6 drops in 1 condition, 1 sphere)"
     )
+    assert exponent_text(ALIKE) == "no exponent, drops hardly apart in x: 6 drops in 6 conditions, 1 sphere"
     assert slope_text({}) == "no slope, relation not fitted"

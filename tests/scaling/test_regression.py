@@ -155,9 +155,13 @@ def test_units_and_order_do_not_matter(a: float, b: float, order: list[int]) -> 
     assert there.r_squared == pytest.approx(here.r_squared)
 
 
-def test_points_that_hardly_differ_in_x_tell_no_slope() -> None:
-    x = 2.0 + 1e-9 * np.arange(9)
+@pytest.mark.parametrize("spread", [0.0, 1e-9, 0.005])
+@pytest.mark.parametrize("spheres", [1, 9])
+def test_points_that_hardly_differ_in_x_tell_no_slope(spread: float, spheres: int) -> None:
+    """Repeats of one drop, whose impact speeds differ by their scatter, in every kind of regression."""
+    x = 2.0 + spread * np.arange(9)
     y = 0.3 + 0.01 * np.random.default_rng(4).normal(size=9)
-    for found in (fit_power_law(apart(x, y)), fit_line(apart(x, y), intercept=True)):
+    points = apart(x, y, np.arange(9) % spheres)
+    for found in (fit_power_law(points), fit_line(points, intercept=True), fit_line(points)):
         assert found.status == "too_few"
         assert np.isnan(found.slope)

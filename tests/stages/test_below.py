@@ -9,6 +9,7 @@ from tests.stages.drop_fixtures import make_drop
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.contours.fitting import assemble_fit
 from wentry_cli.stages.track.below import warn_where_lost_below
+from wentry_cli.stages.track.out_of_view import warn_where_out_of_view
 from wentry_cli.tracking.sighting import Sighting
 
 SPEED, SURFACE, DRY, COUNT = 4.0, 100.0, 20, 80
@@ -43,4 +44,22 @@ def test_a_sphere_that_is_seen_in_air_only_is_told(
     clip = SimpleNamespace(count=count, shape=(rows, 200))
     warn_where_lost_below(make_drop(), clip, sightings(seen_below)[:count], SURFACE)
     assert ("below the surface" in caplog.text) is bool(told)
+    assert told in caplog.text
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["ok"] * 4 + ["out_of_frame"] * 3, "in 3 frames, from frame 4 on, 2.0 ms after impact"),
+        (["ok"] * 4 + ["poor_fit"] + ["out_of_frame"], "in a frame, from frame 5 on, 2.5 ms after impact"),
+        (["out_of_frame"] * 2 + ["ok"] * 4 + ["occluded"], ""),
+        (["ok", "out_of_frame", "ok"], ""),
+        (["out_of_frame"] * 3, ""),
+    ],
+)
+def test_a_sphere_that_leaves_the_picture_is_told_once(
+    words: list[str], told: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    warn_where_out_of_view(make_drop(), "side", {"status": words, "t_s": 5e-4 * np.arange(len(words))})
+    assert len(caplog.messages) == bool(told)
     assert told in caplog.text

@@ -351,6 +351,22 @@ def test_who_takes_no_part(tmp_path: Path) -> None:
         "d2": {"stiffness_ratio": 0.1, "delta_u_over_u0": 99.0},
         "d3": {"froude_eff": math.nan, "tp_u0_over_deff": math.nan, "status": "not_identified"},
         "d4": {"seal_type": "surface_seal", "tp_u0_over_deff": 99.0, "tp_u0_over_d": 99.0},
+        "d5": {
+            "g_inf_pa": math.nan,
+            "stiffness_ratio": math.nan,
+            "t_p_s": math.nan,
+            "tp_u0_over_d": math.nan,
+            "tp_u0_over_deff": math.nan,
+            "status": "no_neck",
+        },
+        "d6": {
+            "period_s": math.nan,
+            "t_p_s": math.nan,
+            "tp_u0_over_d": math.nan,
+            "tp_u0_over_deff": math.nan,
+            "status": "no_neck",
+        },
+        "d7": {"time_ratio": math.nan},
     }.items():
         row = read_table(tmp_path / name, "summary")
         for column, value in changes.items():
@@ -361,8 +377,11 @@ def test_who_takes_no_part(tmp_path: Path) -> None:
     assert table.loc["pinch_off_deff_intercept", "slope"] == pytest.approx(1.3)
     assert table.loc["period_exp", "slope"] == pytest.approx(1.2)
     assert table.loc["delta_u", "exponent"] == pytest.approx(-0.5)
-    assert table.loc["delta_u", "n"] == 8
-    assert table.loc["delta_u", "left_out"] == "d2: stiffness_ratio below 0.2"
-    assert table.loc["pinch_off_d", "left_out"] == "d0: sphere_seal; d4: surface_seal"
-    assert table.loc["pinch_off_deff", "left_out"] == "d0: sphere_seal; d3: not_identified; d4: surface_seal"
-    assert pd.isna(table.loc["period_exp", "left_out"])
+    assert table.loc["delta_u", "n"] == 7
+    assert table.loc["delta_u", "left_out"] == "d2: stiffness_ratio below 0.2; d5: no material"
+    assert table.loc["pinch_off_d", "left_out"] == "d0: sphere_seal; d4: surface_seal; d5: no_neck; d6: no_neck"
+    assert table.loc["pinch_off_deff", "left_out"] == (
+        "d0: sphere_seal; d3: not_identified; d4: surface_seal; d5: no_neck; d6: no_neck"
+    )
+    assert table.loc["period_exp", "left_out"] == "d5: no material; d6: not measured"
+    assert table.loc["period_model", "left_out"] == "d5: no material; d6: not measured; d7: no model"

@@ -81,3 +81,5 @@ class Flow:
             show_json(record)
         elif not self.quiet and not (order.measures and campaign.failures):
             click.echo(farewell(campaign, done), err=True)
+        elif not self.quiet and any(step.stage.name == "report" for step in done):
+            click.echo(f"what failed, and what there is: {self.results / 'report.html'}", err=True)

@@ -33,7 +33,7 @@ class Jobs(click.IntRange):
         try:
             return int(super().convert(value, param, ctx))
         except click.BadParameter:
-            self.fail(f"{str(value)!r} drops side by side: give a whole number from 1 to {MOST_JOBS}.", param, ctx)
+            self.fail(f"{str(value)!r}: drops side by side are a whole number from 1 to {MOST_JOBS}.", param, ctx)
 
 
 jobs = click.option("-j", "--jobs", type=Jobs(), default=1, show_default=True, help="Drops side by side.")

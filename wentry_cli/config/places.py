@@ -149,6 +149,12 @@ def _sentence(path: Path, error: yaml.YAMLError) -> str:
     problem = getattr(error, "problem", None) or str(error)
     if repr("\t") in problem:
         return f"{where}: error: not valid YAML: a tab stands here; write spaces instead of it"
+    if "quoted scalar" in (getattr(error, "context", None) or "") and "end of" in problem:
+        start = error.context_mark  # type: ignore[attr-defined]
+        return (
+            f"{path}:{start.line + 1}:{start.column + 1}: error: not valid YAML: the quote that opens here is not "
+            "closed; close it, or leave it out: words need none"
+        )
     context = getattr(error, "context", None) if problem.startswith("but ") else None
     return f"{where}: error: not valid YAML: {f'{context}, ' if context else ''}{problem}"
 

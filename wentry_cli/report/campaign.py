@@ -173,21 +173,28 @@ def _read(folder: Path, name: str, problems: list[str]) -> pd.DataFrame:
 
 
 PAPER_CASE = {"g_inf_pa": 6900.0, "diameter_m": 0.051, "impact_speed_m_s": 5.3}
-NEAREST = "nearest to the paper's case (G∞ = 6.9 kPa, D = 51 mm, U₀ = 5.3 m/s, deep seal)"
+NEAREST = (
+    "nearest to the paper's case (G∞ = 6.9 kPa, D = 51 mm, U₀ = 5.3 m/s, deep seal), of those alike the one with the "
+    "most measured frames"
+)
+ALIKE = 0.1  # sum of the logarithmic distances by which drops of one case differ
 
 
 def example_drop(drops: Iterable[DropResults], needed: str) -> DropResults | None:
     """Choose the drop that single-drop panels show: with the table ``needed``, nearest to the paper's case.
 
-    The paper shows G∞ = 6.9 kPa (Table 1), D = 51 mm, U₀ = 5.3 m/s with a deep seal.
+    The paper shows G∞ = 6.9 kPa (Table 1), D = 51 mm, U₀ = 5.3 m/s with a deep seal. Of drops that are alike it is the
+    one with the most measured frames.
     """
     able = [drop for drop in drops if drop.deformable_entry and not drop.table(needed).empty]
-    return min(able, key=_distance_to_paper, default=None)
+    nearest = min(map(_distance_to_paper, able), default=0.0)
+    alike = [drop for drop in able if _distance_to_paper(drop) <= nearest + ALIKE]
+    return min(alike, key=lambda drop: (-drop.number("frames_measured"), drop.name), default=None)
 
 
-def _distance_to_paper(drop: DropResults) -> tuple[float, str]:
+def _distance_to_paper(drop: DropResults) -> float:
     gap = 0.0 if drop.seal == "deep_seal" else 5.0
     for column, aim in PAPER_CASE.items():
         value = drop.number(column)
         gap += abs(math.log(value / aim)) if math.isfinite(value) and value > 0 else 5.0
-    return gap, drop.name
+    return gap

@@ -10,7 +10,7 @@ from matplotlib.figure import FigureBase
 
 from wentry_cli.report.campaign import NEAREST, Campaign, DropResults, example_drop
 from wentry_cli.report.curves import measured
-from wentry_cli.report.legends import clear_limits, legend_above
+from wentry_cli.report.legends import clear_limits, legend_above, stiffness_handles
 from wentry_cli.report.moments import telling_moments
 from wentry_cli.report.panel import NotDrawn, Panel
 from wentry_cli.report.style import BLACK, GREY, stiffness_shade
@@ -52,6 +52,7 @@ def bottom_position(campaign: Campaign) -> Panel | NotDrawn:
         )  # fmt: skip
         ax.set(xlabel="$t/t_p$", ylabel="$y_b/D$")
         ax.margins(x=0.03)
+        legend_above(ax, stiffness_handles(pd.DataFrame([{"rigid": drop.rigid, "g_inf_pa": drop.number("g_inf_pa")}])))
         clear_limits(ax, (), [0.0, *shown["y_b_over_d"]], pad=0.06)
 
     caption = (

@@ -21,7 +21,7 @@ from wentry_cli.report.campaign import DropResults, as_number, as_text
 from wentry_cli.report.names import file_stem
 from wentry_cli.report.numbers import fixed
 from wentry_cli.report.panel import NotDrawn, Panel
-from wentry_cli.report.strip_frames import SEPARATION_REACH, Shot, read_shots
+from wentry_cli.report.strip_frames import SEPARATION_REACH, Shot, Strip, read_strip
 from wentry_cli.report.style import (
     OVERLAY_BOTTOM,
     OVERLAY_CIRCLE,
@@ -33,6 +33,7 @@ from wentry_cli.report.style import (
 
 OpenView = Callable[[str, str], Recording]
 WIDTH_IN = WIDE_SIZE[0]
+TITLE_IN = 0.4  # inches above the pictures, three lines
 EDGE_PT = 0.6  # points, round the scale bar
 SIDE_COLUMNS = ["center_x_px", "center_y_px", "radius_px", "stretch", "tilt_deg", "bottom_y_px", "bottom_local_y_px",
                 "separation_y_px", "status"]  # fmt: skip
@@ -51,17 +52,18 @@ def _strip(drop: DropResults, view: str, open_view: OpenView) -> Panel | NotDraw
     except (WentryError, OSError, KeyError):
         return NotDrawn("film strip", title, "the recording cannot be opened any more (moved or deleted)")
     try:
-        shots, region = read_shots(drop, view, recording)
+        strip = read_strip(drop, view, recording)
     except (WentryError, OSError):
         return NotDrawn("film strip", title, "the recording cannot be read any more")
     finally:
         recording.close()
-    if not shots:
+    if not strip.shots:
         return NotDrawn("film strip", title, "no frame of a telling moment can be read")
-    return _panel(drop, view, shots, region)
+    return _panel(drop, view, strip)
 
 
-def _panel(drop: DropResults, view: str, shots: list[Shot], region: Region) -> Panel:
+def _panel(drop: DropResults, view: str, strip: Strip) -> Panel:
+    shots, region = strip.shots, strip.region
     columns = SIDE_COLUMNS if view == "side" else TOP_COLUMNS
     records = [
         {"view": view, "frame": shot.row["frame"], "t_s": as_number(shot.row["t_s"]), "label": shot.moment.label}
@@ -69,7 +71,7 @@ def _panel(drop: DropResults, view: str, shots: list[Shot], region: Region) -> P
         for shot in shots
     ]
     data = pd.DataFrame.from_records(records)
-    height = 0.95 * WIDTH_IN / len(shots) * (region[3] - region[1]) / (region[2] - region[0]) + 0.3
+    height = 0.95 * WIDTH_IN / len(shots) * (region[3] - region[1]) / (region[2] - region[0]) + TITLE_IN
     scale = pixels_per_metre(drop, view)
     surface = _surface_row(drop, view)
     draw = partial(_draw_strip, shots=shots, region=region, view=view, scale=scale, surface=surface)
@@ -86,6 +88,7 @@ def _panel(drop: DropResults, view: str, shots: list[Shot], region: Region) -> P
         if bar
         else ""
     )
+    caption += f" Grey levels {strip.black:.0f} to {strip.white:.0f} of the recording are drawn from black to white."
     stem = f"strip_{view}_{file_stem(drop.name)}"
     return Panel("film strip", stem, f"{drop.name}, {view} view", caption, data, draw, (WIDTH_IN, height), drop.name)
 
@@ -135,8 +138,8 @@ def _draw_strip(figure: FigureBase, shots: list[Shot], region: Region, view: str
         ax.set(xlim=box[:2], ylim=box[2:])
         ax.set(xticks=[], yticks=[])
         ax.spines[:].set(color="#888888", linewidth=0.4)
-        note = shot.moment.label if status == "ok" else status.replace("_", " ")
-        title = f"{fixed(1e3 * as_number(shot.row['t_s']), places)} ms\n{plain(note)}"
+        title = f"{fixed(1e3 * as_number(shot.row['t_s']), places)} ms\n{plain(shot.moment.label)}"
+        title += "" if status == "ok" else f"\n({plain(status.replace('_', ' '))})"
         ax.set_title(title, fontsize=6.0, fontweight="normal", loc="center", pad=2.0, linespacing=1.1)
     _scale_bar(axes[-1], shots[-1].picture, region, scale)
 

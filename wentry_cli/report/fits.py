@@ -45,9 +45,9 @@ def exponent_text(relation: Mapping[str, Any]) -> str:
 def _number_text(relation: Mapping[str, Any], name: str) -> str:
     value, low, high = (as_number(relation.get(key)) for key in (name, f"{name}_low", f"{name}_high"))
     if not math.isfinite(value):
-        return f"no {name}, {why_nothing(relation) or 'relation not fitted'}"
+        return f"no {name}, {_why_counted(relation) or 'relation not fitted'}"
     if not (math.isfinite(low) and math.isfinite(high)):
-        why = why_nothing(relation)
+        why = _why_counted(relation)
         return f"{name} {fixed(value, 3)}, 95 % interval not known ({why})" if why else f"{name} {fixed(value, 3)}"
     return f"{name} {fixed(value, 3)}, 95 % interval {fixed(low, 3)} to {fixed(high, 3)}, {_counted(relation)}"
 
@@ -58,9 +58,14 @@ def why_nothing(relation: Mapping[str, Any]) -> str:
     if status != "too_few" or not math.isfinite(n):
         return MEANINGS.get(status, "") if status != "ok" else ""
     if n < MINIMUM_POINTS:
-        return f"{_counted(relation)}; {MINIMUM_POINTS} drops are needed"
-    alike = "" if math.isfinite(as_number(relation.get("slope"))) else ", hardly apart in x"
-    return f"too few for it: {_counted(relation)}{alike}"
+        return f"too few: {MINIMUM_POINTS} drops needed"
+    return "too few groups" if math.isfinite(as_number(relation.get("slope"))) else "drops hardly apart in x"
+
+
+def _why_counted(relation: Mapping[str, Any]) -> str:
+    """``why_nothing`` with the drops that there are."""
+    why, n = why_nothing(relation), as_number(relation.get("n"))
+    return f"{why}: {_counted(relation)}" if why and math.isfinite(n) else why
 
 
 def _counted(relation: Mapping[str, Any]) -> str:

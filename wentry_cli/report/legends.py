@@ -86,9 +86,15 @@ def point_handles(points: pd.DataFrame) -> list[Line2D]:
 
 
 def stiffness_handles(data: pd.DataFrame, line: bool = False) -> list[Line2D]:
-    """One entry for each stiffness among the rows (columns ``rigid``, ``g_inf_pa``), the stiffest first, then rigid."""
-    soft = sorted({float(g) for g in data.loc[~data["rigid"].astype(bool), "g_inf_pa"].dropna()}, reverse=True)
+    """One entry for each stiffness among the rows (columns ``rigid``, ``g_inf_pa``), the stiffest first.
+
+    Spheres whose stiffness is not known follow, then the rigid ones.
+    """
+    deformable = data.loc[~data["rigid"].astype(bool), "g_inf_pa"].astype(float)
+    soft = sorted(set(deformable.dropna()), reverse=True)
     entries = [(stiffness_shade(g, False), f"$G_\\infty$ = {kilopascal(g)}") for g in soft]
+    if bool(deformable.isna().any()):
+        entries.append((stiffness_shade(float("nan"), False), "$G_\\infty$ not known"))
     if bool(data["rigid"].astype(bool).any()):
         entries.append((stiffness_shade(float("nan"), True), "rigid"))
     look: Look = {"linewidth": 1.6} if line else {"linestyle": "", "marker": "o", "markersize": 5.5, **EDGE}

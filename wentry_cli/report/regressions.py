@@ -10,7 +10,6 @@ from wentry_cli.report.campaign import Campaign, as_number, as_text
 from wentry_cli.report.fits import why_nothing
 from wentry_cli.report.numbers import DASH, fixed, or_reason, with_uncertainty
 from wentry_cli.report.tabulation import TextTable
-from wentry_cli.scaling.regression import MINIMUM_POINTS
 
 HEADER = (
     "relation", "y on x", "slope", "95 % interval", "dof", "intercept", "exponent", "R²", "scatter",
@@ -62,8 +61,8 @@ def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
     return (
         _relation_name(as_text(row["relation"])),
         " on ".join(QUANTITIES.get(key, key) for key in axes),
-        or_reason(slope, _why_short(row)),
-        _interval(number, power) if slope == DASH else or_reason(_interval(number, power), _why_short(row)),
+        or_reason(slope, why_nothing(row)),
+        _interval(number, power) if slope == DASH else or_reason(_interval(number, power), why_nothing(row)),
         with_uncertainty(number["dof"], digits=2),
         intercept if intercept == DASH else intercept + unit,
         with_uncertainty(number["exponent"], number["exponent_unc"]),
@@ -73,13 +72,6 @@ def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
         with_uncertainty(number["paper_value"]),
         as_text(row["left_out"]) or DASH,
     )
-
-
-def _why_short(row: Mapping[str, Any]) -> str:
-    """``too few: 5 drops needed``; how many there are stands in the same row. Empty where nothing lacks."""
-    if as_text(row["status"]) != "too_few":
-        return why_nothing(row)
-    return f"too few: {MINIMUM_POINTS} drops needed" if as_number(row["n"]) < MINIMUM_POINTS else "too few groups"
 
 
 def _interval(number: Mapping[str, float], name: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import cv2
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from wentry_cli.errors import FrameUnreadableError
 from wentry_cli.frames.reader import Recording, Region
 from wentry_cli.report.campaign import DropResults, as_number
-from wentry_cli.report.moments import Moment, telling_moments
+from wentry_cli.report.moments import Moment, telling_moments, times_of, with_picture
 
 WIDEST_PX = 200  # of one image of a strip
 SEPARATION_REACH = 1.25  # half length of the separation line over the sphere's horizontal semi-axis
@@ -31,10 +31,19 @@ class Shot:
     moment: Moment
 
 
-def read_shots(drop: DropResults, view: str, recording: Recording) -> tuple[list[Shot], Region]:
-    """Read the telling frames of ``view``, cut to the region where things happen, with that region in full pixels."""
-    other = drop.table("top" if view == "side" else "side")
-    chosen = _chosen_rows(drop.table(view), other, telling_moments(drop, view))
+@dataclass(frozen=True)
+class Strip:
+    """The frames of a strip, the region of the recording that they show (px) and its levels drawn black and white."""
+
+    shots: list[Shot]
+    region: Region
+    black: float
+    white: float
+
+
+def read_strip(drop: DropResults, view: str, recording: Recording) -> Strip:
+    """Read the telling frames of ``view``, cut to the region where things happen."""
+    chosen = _chosen_rows(drop.table(view), telling_moments(drop))
     region = _region(drop, view, recording, [row for _, row in chosen])
     found: list[tuple[NDArray[Any], dict[str, Any], Moment]] = []
     for moment, row in chosen:
@@ -43,60 +52,27 @@ def read_shots(drop: DropResults, view: str, recording: Recording) -> tuple[list
         except (FrameUnreadableError, IndexError):
             continue
     if not found:
-        return [], region
+        return Strip([], region, math.nan, math.nan)
     levels = np.concatenate([picture.ravel()[::7] for picture, _, _ in found])
-    dark, bright = (float(value) for value in np.percentile(levels, (0.2, 99.5)))
-    return [Shot(_greys(picture, dark, bright), row, moment) for picture, row, moment in found], region
+    black, white = (float(value) for value in np.percentile(levels, (0.2, 99.5)))
+    return Strip([Shot(_greys(picture, black, white), row, moment) for picture, row, moment in found],
+                 region, black, white)  # fmt: skip
 
 
-def _chosen_rows(
-    table: pd.DataFrame, other: pd.DataFrame, moments: list[Moment]
-) -> list[tuple[Moment, dict[str, Any]]]:
-    """The row nearest to each moment, a measured one where there is one within two frames.
-
-    One that the ``other`` view has measured at the same time is preferred, so that both strips show the same moment.
-    """
-    times = _times(table)
-    if not np.isfinite(times).any():
+def _chosen_rows(table: pd.DataFrame, moments: list[Moment]) -> list[tuple[Moment, dict[str, Any]]]:
+    """The row of the frame at each moment, whatever its status; none where the view has no frame at that time."""
+    shown = with_picture(table)
+    times, rows = times_of(shown), shown.to_dict("records")
+    if times.size < 2:
         return []
-    step = float(np.nanmedian(np.diff(times))) if times.size > 1 else math.inf
-    rows = table.to_dict("records")
+    step = float(np.median(np.diff(times)))
     chosen: dict[int, tuple[Moment, dict[str, Any]]] = {}
-    good = _measured(table)
-    both = good & _within(times, _times(other)[_measured(other)], 0.5 * step)
     for moment in moments:
         away = np.abs(times - moment.t_s)
-        near = away + np.where(away > 2.5 * step, 20.0, np.where(both, 0.0, np.where(good, 5.0, 20.0))) * step
-        nearest = int(np.nanargmin(near))
-        if away[nearest] <= 2.5 * step and nearest not in chosen:
-            told = _of_contact(moment, float(times[nearest]), float(np.nanmin(away)))
-            chosen[nearest] = (told, {str(key): value for key, value in rows[nearest].items()})
+        nearest = int(np.argmin(away))
+        if away[nearest] <= step and nearest not in chosen:
+            chosen[nearest] = (moment, {str(key): value for key, value in rows[nearest].items()})
     return [chosen[place] for place in sorted(chosen)]
-
-
-def _of_contact(moment: Moment, time: float, nearest: float) -> Moment:
-    """Say of a frame at ``time`` that it is before or after contact where another frame is nearer to the impact."""
-    if moment.label != "impact" or abs(time - moment.t_s) <= nearest:
-        return moment
-    return replace(moment, label="before contact" if time < moment.t_s else "after contact")
-
-
-def _times(table: pd.DataFrame) -> NDArray[np.float64]:
-    return pd.to_numeric(table["t_s"], errors="coerce").to_numpy(dtype=float, na_value=np.nan)
-
-
-def _measured(table: pd.DataFrame) -> NDArray[np.bool_]:
-    return (table["status"] == "ok").fillna(False).to_numpy(dtype=bool)
-
-
-def _within(times: NDArray[np.float64], others: NDArray[np.float64], reach: float) -> NDArray[np.bool_]:
-    """Which of ``times`` have one of ``others`` no further away than ``reach``."""
-    found = np.sort(others[np.isfinite(others)])
-    if found.size == 0:
-        return np.zeros(times.shape, dtype=bool)
-    behind = np.clip(np.searchsorted(found, times), 0, found.size - 1)
-    near = np.minimum(abs(found[behind] - times), abs(found[np.maximum(behind - 1, 0)] - times))
-    return np.asarray(near <= reach)
 
 
 def _region(drop: DropResults, view: str, recording: Recording, shown: list[dict[str, Any]]) -> Region:
@@ -159,7 +135,7 @@ def _small(picture: NDArray[Any]) -> NDArray[Any]:
     return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA))
 
 
-def _greys(picture: NDArray[Any], dark: float, bright: float) -> NDArray[np.uint8]:
-    part = np.clip((picture.astype(np.float32) - dark) / max(bright - dark, 1e-6), 0.0, 1.0)
+def _greys(picture: NDArray[Any], black: float, white: float) -> NDArray[np.uint8]:
+    part = np.clip((picture.astype(np.float32) - black) / max(white - black, 1e-6), 0.0, 1.0)
     level = np.round(part * (GREYS - 1)) * (255.0 / (GREYS - 1))
     return np.asarray(np.round(level), dtype=np.uint8)

@@ -76,7 +76,10 @@ THICK, THIN = 1.8, 0.9
 
 
 def stiffness_shade(g_inf_pa: float, rigid: bool) -> str:
-    """Colour of a sphere: blue for rigid, else a grey between 1 kPa (light) and 100 kPa (nearly black)."""
+    """Colour of a sphere: blue for rigid, else a grey between 1 kPa (light) and 100 kPa (nearly black).
+
+    Purple where the stiffness is not known.
+    """
     if rigid:
         return BLUE
     if not math.isfinite(g_inf_pa) or g_inf_pa <= 0:

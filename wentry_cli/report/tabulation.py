@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -72,29 +73,42 @@ ENTRY_COLUMNS: Columns = {
 WATER_ONLY = {"froude"}
 EFFECTIVE = {"diameter_eff_m", "tp_u0_over_deff"}
 PINCH_OFF = {"t_p_s", "y_p_m", "tp_u0_over_d", "pinch_off_cavity", *EFFECTIVE}
+OF_MATERIAL = {"g_inf_pa", "stiffness_ratio"}
+FIRST_PERIOD = {"period_s", "stretch_peak_1", "speed_after_period_m_s", "delta_u_over_u0"}
 SIDE_ONLY = {"impact_speed_m_s", "froude", "stiffness_ratio", "speed_after_period_m_s", "delta_u_over_u0", *PINCH_OFF}
 OTHER_SEALS = {"sphere_seal", "surface_seal"}
-SOFT_ONLY = {"g_inf_pa", "stiffness_ratio", "period_s", "stretch_peak_1", "pinch_off_cavity", "delta_u_over_u0",
-             "speed_after_period_m_s"}  # fmt: skip
+SOFT_ONLY = {"pinch_off_cavity", *OF_MATERIAL, *FIRST_PERIOD}
 
 
 def _reason(drop: DropResults, column: str) -> str:
-    """Why a number is missing: the word of its event or period, else of the drop; nothing where none is expected."""
+    """Why a number is missing: what this number needs; nothing where none is expected.
+
+    The status of a drop is the first reason of all its numbers, so that it tells of this one only where few frames
+    leave nothing measured.
+    """
     if (column in WATER_ONLY and drop.kind != "water_entry") or (column in SOFT_ONLY and drop.rigid):
         return ""
+    if column in OF_MATERIAL and not math.isfinite(drop.number("g_inf_pa")):
+        return "no material"
     if column in SIDE_ONLY and drop.kind == "water_entry" and drop.table("side").empty:
         return "no side view"
+    if drop.kind == "free_flight" or drop.text("status") in {"", "too_few"}:
+        return drop.text("status")
     if column in PINCH_OFF:
-        events = drop.table("events")
-        found = [as_text(word) for word in events.loc[events["event"] == "pinch_off", "status"]]
-        if found and found[0] != "ok":
-            return found[0]
-        other = column in EFFECTIVE and drop.seal in OTHER_SEALS
-        return drop.seal.replace("_", " ") if other else drop.text("status")
-    if column in {"period_s", "stretch_peak_1"}:
+        return _why_no_pinch_off(drop, column)
+    if column in FIRST_PERIOD:
         words = [as_text(word) for word in drop.table("periods")["status"]]
-        return words[0] if words and words[0] != "ok" else drop.text("status")
-    return drop.text("status")
+        return "not_identified" if words[:1] == ["ok"] else (words or ["too_few"])[0]
+    return "no_object"
+
+
+def _why_no_pinch_off(drop: DropResults, column: str) -> str:
+    """The word of the event; of what follows from it, the seal that has no such number."""
+    events = drop.table("events")
+    found = [as_text(word) for word in events.loc[events["event"] == "pinch_off", "status"]] or ["no_neck"]
+    if found[0] != "ok":
+        return found[0]
+    return drop.seal.replace("_", " ") if column in EFFECTIVE and drop.seal in OTHER_SEALS else "not_identified"
 
 
 def drop_table(campaign: Campaign) -> TextTable:

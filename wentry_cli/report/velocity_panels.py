@@ -157,7 +157,9 @@ def velocity_change(campaign: Campaign) -> Panel | NotDrawn:
     drops = [drop for drop in campaign.of("water_entry") if drop.deformable_entry]
     found = grouped_points(drops, _lost)
     if not found:
-        return NotDrawn("7d", title, "no deformable drop has a velocity after its first period")
+        lost = any(math.isfinite(drop.number("delta_u_over_u0")) for drop in drops)
+        unknown = "no deformable drop with a velocity after its first period has a material, whose stiffness is known"
+        return NotDrawn("7d", title, unknown if lost else "no deformable drop has a velocity after its first period")
     points = rows([{**row, "series": "experiment"} for row in found],
                   ["series", "drop", "repeats", "rigid", "g_inf_pa", "diameter_m", "seal_type",
                    "stiffness_ratio", "delta_u_over_u0", "delta_u_over_u0_unc"])  # fmt: skip

@@ -16,7 +16,7 @@ from wentry_cli.scaling.grouped import Parameter, fit_parameters
 Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
 MINIMUM_POINTS = 5
-WORST_CONDITION = 1e5  # of the design; beyond it the points hardly differ in x
+LEAST_SPREAD = 0.1  # of x, over its greatest value or in ln x; points that are nearer tell no trend
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,8 @@ class Regression:
     ``slope_low`` and ``slope_high`` hold 95 %, for a power law those of the prefactor; the interval of the exponent is
     ``exponent_low`` to ``exponent_high``. ``dof`` are the degrees of freedom behind the interval of the slope, of a
     power law that of the exponent. ``residual_scatter`` is a standard deviation, of ln y for a power law. ``status`` is
-    ok or too_few: fewer than five points give no number, no more groups than parameters no uncertainty.
+    ok or too_few: fewer than five points, or points within a tenth in x, give no number, no more groups than parameters
+    no uncertainty.
     """
 
     slope: float
@@ -79,7 +80,7 @@ def fit_line(points: Points, *, intercept: bool = False) -> Regression:
     points = points.only(np.isfinite(points.x) & np.isfinite(points.y))
     x = points.x
     design = np.stack([x, np.ones_like(x)], axis=1) if intercept else x[:, None]
-    found = _fit(points, design)
+    found = _fit(points, design, LEAST_SPREAD * float(np.max(np.abs(x), initial=0.0)))
     if found is None:
         return _nothing(points)
     slope, offset = found[0], found[1] if intercept else NOT_FITTED
@@ -92,7 +93,7 @@ def fit_power_law(points: Points) -> Regression:
     points = points.only(positive)
     logs = Points(np.log(points.x), np.log(points.y), points.spheres, points.conditions)
     design = np.stack([np.ones_like(logs.x), logs.x], axis=1)
-    found = _fit(logs, design)
+    found = _fit(logs, design, LEAST_SPREAD)
     if found is None:
         return _nothing(points)
     log, exponent = found
@@ -104,12 +105,9 @@ def fit_power_law(points: Points) -> Regression:
 NOT_FITTED = Parameter(np.nan, np.nan, np.nan, np.nan, np.nan)
 
 
-def _fit(points: Points, design: Array) -> list[Parameter] | None:
-    """Parameters of the columns of ``design``; None for too few points, or points that hardly differ in x."""
-    x = points.x
-    if x.size < MINIMUM_POINTS or np.ptp(x) == 0.0:
-        return None
-    if np.linalg.cond(design / np.linalg.norm(design, axis=0)) > WORST_CONDITION:
+def _fit(points: Points, design: Array, least: float) -> list[Parameter] | None:
+    """Parameters of the columns of ``design``; None for too few points, or where x does not spread over ``least``."""
+    if points.x.size < MINIMUM_POINTS or np.ptp(points.x) <= least:
         return None
     return fit_parameters(design, points.y, _groups(points, design.shape[1]))
 

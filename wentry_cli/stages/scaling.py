@@ -121,20 +121,37 @@ def _values(summary: pd.DataFrame) -> dict[str, Array]:
 def _reasons(summary: pd.DataFrame) -> dict[str, NDArray[np.object_]]:
     """Why a drop may be missing from a relation, by ordinate; empty where the relation is not about it.
 
-    A drop with status ok whose value is empty was not asked for it.
+    The status of a drop tells of its pinch-off first, and says nothing of other numbers where that is missing. A drop
+    with status ok whose value is empty was not asked for it.
     """
     entry, soft, other = _flags(summary)
     status = summary["status"].fillna("").replace("ok", "").to_numpy(dtype=object)
+    missing = {
+        name: ~np.isfinite(column(summary, name))
+        for name in ("g_inf_pa", "density_kg_m3", "t_p_s", "period_s", "impact_speed_m_s")
+    }
+    of_pinch_off = missing["t_p_s"] & (status != "") & (status != "too_few")
+    later = np.where(of_pinch_off, "not measured", status)
+    stiffness = {"no material": missing["g_inf_pa"], "no density": missing["density_kg_m3"]}
     seal = np.where(other, summary["seal_type"].fillna("").to_numpy(dtype=object), status)
     below = column(summary, "stiffness_ratio") <= SOFTEST
-    pinch_off, period = np.where(entry, seal, ""), np.where(soft, status, "")
+    asked = ~missing["impact_speed_m_s"] | (status != "")
+    period = _first({"": ~soft, **stiffness, "no model": ~missing["period_s"]}, later)
+    loss = {"": ~soft, f"stiffness_ratio below {SOFTEST}": below, "no material": missing["g_inf_pa"] & asked}
+    pinch_off = np.where(entry, seal, "")
     return {
         "period_s": period,
         "period_model_s": period,
         "tp_u0_over_d": pinch_off,
         "tp_u0_over_deff": pinch_off,
-        "delta_u_over_u0": np.where(soft & below, f"stiffness_ratio below {SOFTEST}", period),
+        "delta_u_over_u0": _first(loss, later),
     }
+
+
+def _first(reasons: dict[str, NDArray[np.bool_]], otherwise: NDArray[np.object_]) -> NDArray[np.object_]:
+    """The first reason that holds for each drop."""
+    words = [np.full(otherwise.shape, word, dtype=object) for word in reasons]
+    return np.select(list(reasons.values()), words, otherwise)
 
 
 def _row(relation: Relation, found: Regression, suffix: str) -> dict[str, Any]:

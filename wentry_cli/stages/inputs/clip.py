@@ -116,14 +116,16 @@ def flat_field(drop: Drop, name: str, clip: Clip) -> tuple[Background, list[int]
 
     It is the same for all stages of a run. Raises ``InputError`` where the background file does not fit the recording.
     """
-    key = ("flat field", drop.folder, name, drop.view(name).model_dump_json(), clip.unreadable)
-    return found_once(key, lambda: _flat_field(drop, name, clip))
+    view = drop.view(name)
+    key = ("flat field", drop.folder, name, view.model_dump_json(), clip.unreadable)
+    return found_once(key, lambda: flat_field_of(drop, name, clip, view.polarity))
 
 
-def _flat_field(drop: Drop, name: str, clip: Clip) -> tuple[Background, list[int]]:
+def flat_field_of(drop: Drop, name: str, clip: Clip, polarity: str) -> tuple[Background, list[int]]:
+    """As ``flat_field``, for spheres of this polarity, whatever the configuration says of it."""
     view = drop.view(name)
     samples, sampled = clip.sample()
     if view.background == "auto":
-        return build_background(samples, clip.full_scale, polarity=view.polarity), sampled
+        return build_background(samples, clip.full_scale, polarity=polarity), sampled
     empty = read_empty_scene(drop, name, clip.shape)
-    return build_background(empty, clip.full_scale, polarity=view.polarity, empty=True), sampled
+    return build_background(empty, clip.full_scale, polarity=polarity, empty=True), sampled

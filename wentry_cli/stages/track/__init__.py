@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from wentry_cli.errors import TooFewMeasurementsError
 from wentry_cli.stages.ingest import frame_rate
 from wentry_cli.stages.inputs.clip import Clip, flat_field, open_clip
+from wentry_cli.stages.track.out_of_view import warn_where_out_of_view
 from wentry_cli.stages.track.scales import CLIPPED_EDGE
 from wentry_cli.stages.track.side import measure_side
 from wentry_cli.stages.track.side_result import SideResult
@@ -56,6 +57,7 @@ def run(folder: Path, drop: Drop) -> None:
     for name, result in (("side", side), ("top", top)):
         if result is not None:
             write_table(folder, name, new_table(name, result.columns))
+            warn_where_out_of_view(drop, name, result.columns)
     unknown = [str(row["view"]) for row in rows if math.isnan(row["exposure_s"])]
     _complain(drop, [item for item in (side, top) if item is not None], unknown)
 

@@ -14,7 +14,7 @@ from wentry_cli.imaging.background import Background
 from wentry_cli.imaging.detection import faint_levels, shrink_factor
 from wentry_cli.imaging.free_surface import NO_SURFACE, SurfaceRow
 from wentry_cli.kinematics.centre import below_ellipsoid, centre_height
-from wentry_cli.stages.inputs.clip import Clip
+from wentry_cli.stages.inputs.clip import Clip, flat_field_of
 from wentry_cli.stages.track.axis import NO_AXIS, assumed_axis, checked_axis
 from wentry_cli.stages.track.below import warn_where_lost_below
 from wentry_cli.stages.track.exposure import exposure_frames, fitting_level
@@ -60,6 +60,13 @@ TOO_FAINT = (
 )
 
 
+OTHER_POLARITY = (
+    "a sphere {} than what is behind it is seen, but polarity of views.side is {}: set polarity: {}; if that is not "
+    "the sphere, {}"
+)
+OTHER = {"dark": "bright", "bright": "dark"}
+
+
 def measure_side(drop: Drop, clip: Clip, ground: Background, sampled: list[int]) -> SideResult:
     """Track the side view and turn what was seen into metres and seconds."""
     falling = drop.experiment.kind != "free_flight"
@@ -75,6 +82,7 @@ def measure_side(drop: Drop, clip: Clip, ground: Background, sampled: list[int])
         if seed is not None and not fits(seed):
             seed, problem = None, TOO_FAINT
     if seed is None:
+        problem = _with_polarity(drop, clip, problem)
         nothing = side_columns(clip.count, [])
         return SideResult(nothing, NO_SCALES, surface_row(drop, clip, ground, None), NO_RADIUS, NO_IMPACT, problem)
     clip.release()
@@ -93,6 +101,19 @@ def _no_sphere(drop: Drop) -> str:
     pair = drop.view("side").scale_pair
     given = "" if pair.air == "auto" else SIZE_GIVEN.format(pair.air * drop.experiment.sphere.radius_m)
     return NO_SPHERE.format(given) + (f"; {NOT_IN_AIR}" if drop.experiment.kind == "water_entry" else "")
+
+
+def _with_polarity(drop: Drop, clip: Clip, problem: str) -> str:
+    """The ``problem``, after the polarity where a sphere of the other one is seen that can be fitted."""
+    given = drop.view("side").polarity
+    other = OTHER[given]
+    ground, sampled = flat_field_of(drop, "side", clip, other)
+    falling = drop.experiment.kind != "free_flight"
+    seed = find_seed(clip, ground, sampled, radius_range=_radius_range(drop), falling=falling)
+    level, exposure = fitting_level(drop, ground), exposure_frames(drop, "side", clip)
+    if seed is None or not fits_in_air(clip, ground, seed, level, exposure):
+        return problem
+    return OTHER_POLARITY.format("darker" if other == "dark" else "brighter", given, other, problem)
 
 
 def _faint_seed(
