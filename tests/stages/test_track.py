@@ -407,6 +407,22 @@ def test_a_path_may_start_at_the_contact(
     np.testing.assert_allclose(late.stretch, usual.stretch, atol=1e-4)
 
 
+def test_what_is_found_from_above_only_after_impact_is_doubted(
+    soft: tuple[Path, Path], tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    folder, out = tmp_path / "drop", tmp_path / "out"
+    shutil.copytree(soft[0], folder)
+    measure(folder, out)
+    assert "before impact, so what" not in caplog.text
+    pictures = sorted((folder / "top").glob("*.png"))
+    random = np.random.default_rng(1)
+    for picture in pictures[:14]:  # in air
+        cv2.imwrite(str(picture), random.normal(190.0, 2.0, (176, 176)).round().astype(np.uint8))
+    measure(folder, out)
+    assert (read_table(out, "top").status == "ok").any()
+    assert "before impact, so what is found after it may be something else" in caplog.text
+
+
 def test_a_faint_sphere_is_found_from_above(tmp_path: Path) -> None:
     top = {"width": 176, "height": 176, "scale_px_per_m": 1000.0, "camera_distance_m": 1.5, "lamp": {"dark": 0.65}}
     folder = render(tmp_path / "drop", top=top)

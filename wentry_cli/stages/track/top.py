@@ -97,6 +97,7 @@ def measure_top(drop: Drop, clip: Clip, ground: Background, sampled: list[int], 
     stretch_unc = np.hypot(stretch_unc, _at_rest(stretch, (columns["t_s"] < 0.0) & (np.array(status) == "ok")))
     columns |= {"stretch": stretch, "stretch_unc": stretch_unc, "status": status}
     columns["status"] = vouched("top", columns)
+    _warn_where_unseen_in_air(drop, columns)
     said = "" if drop.view("top").scale_pair.air == "auto" else "scale_px_per_m, "
     problem = "" if seed is not None else f"no sphere was found: check {said}source, roi_px and polarity of views.top"
     if not problem and not math.isfinite(entry.impact_s[0]):
@@ -116,6 +117,21 @@ def _seed(drop: Drop, clip: Clip, ground: Background, sampled: list[int]) -> Pat
         if seed is not None:
             return seed
     return None
+
+
+def _warn_where_unseen_in_air(drop: Drop, columns: dict[str, Any]) -> None:
+    """Warn where rows are measured after impact, but none of the frames before it."""
+    ok, falling = np.array(columns["status"]) == "ok", columns["t_s"] < 0.0
+    if (
+        drop.experiment.kind != "free_flight"
+        and np.sum(falling) >= FEWEST_AT_REST
+        and ok.any()
+        and not ok[falling].any()
+    ):
+        logger.warning(
+            f"{drop.name}: seen from above no sphere is found in the {np.sum(falling)} frames before impact, so what "
+            "is found after it may be something else: check polarity, roi_px and offset_s of views.top"
+        )
 
 
 def _at_rest(stretch: NDArray[np.float64], falling: NDArray[np.bool_]) -> float:
