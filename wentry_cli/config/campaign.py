@@ -170,7 +170,8 @@ def read_drop(name: str, folder: Path, overrides: Document | None = None, top: P
     """Read one drop: its ``experiment.yaml`` over the ``campaign.yaml`` that ``find_shared`` finds for it.
 
     A key that is left empty in one of the files is not said there. ``overrides`` (from ``--set``) stand over both;
-    ``top`` is the VIDEO_DIR in which the drop was found, itself where it stands alone. Raises ``ConfigurationError`` with every problem and its place.
+    ``top`` is the VIDEO_DIR in which the drop was found, itself where it stands alone. Raises ``ConfigurationError``
+    with every problem and its place.
     """
     document = read_document(folder / EXPERIMENT).said()
     shared, problems = find_shared(folder, top or folder), Gathered()
