@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
 from tests.stages.rendered import change, measure, render
 from wentry_cli.config.campaign import read_drop
 from wentry_cli.stages import stretch
+from wentry_cli.tables import read_table
 
 TOP = {"width": 160, "height": 160, "scale_px_per_m": 1100.0, "camera_distance_m": 1.5}
 
@@ -87,6 +89,27 @@ def test_a_scale_that_the_sphere_contradicts_is_told(
         assert ("views.side.scale_px_per_m is 918, but the sphere of 51 mm measures " in caplog.text) is told
         assert ("check the scale or sphere.diameter_m" in caplog.text) is told
     change(soft, "side", scale_px_per_m="auto")
+
+
+@pytest.mark.parametrize("share", [0.9, 1.1])
+def test_a_wrong_scale_spoils_no_outline(
+    soft: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture, share: float
+) -> None:
+    """Heights and speeds are wrong by its factor, nothing else: no step where the radius is held, the stretch as is."""
+    measure(soft, tmp_path / "right")
+    right = read_table(tmp_path / "right", "side")
+    change(soft, "side", scale_px_per_m=share * 900.0)
+    try:
+        _, error = measure(soft, tmp_path / "wrong")
+    finally:
+        change(soft, "side", scale_px_per_m="auto")
+    assert error is None
+    assert "missing" not in caplog.text
+    wrong = read_table(tmp_path / "wrong", "side")
+    assert (wrong.status == right.status).all()
+    ok = right.status == "ok"
+    assert np.allclose(wrong.y_b_m[ok] * share, right.y_b_m[ok], atol=2e-5)
+    assert np.allclose(wrong.stretch[ok], right.stretch[ok], atol=2e-3)
 
 
 @pytest.mark.parametrize("given", [{}, {"background": [0, 2], "scale_px_per_m": 900.0, "surface_y_px": 90.25}])

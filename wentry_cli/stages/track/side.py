@@ -140,12 +140,14 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
         water,
     )
     track = track_side(clip, ground, seed, scene)
+    if warn_of_wrong_scale(drop, pool_sightings(track.sightings, wet=False)):
+        # held at a radius that it does not have, the outline of a frame would lie elsewhere than those beside it
+        track = track_side(clip, ground, seed, replace(scene, radius_air=NO_RADIUS, radius_water=NO_RADIUS))
     found = drop.view("side").surface_y_px == "auto"
     if found and changes_far_above(surface, [item for item in track.sightings if not item.wet], seed.radius):
         return _without_surface(clip)
     if track.mirror.is_surface and found:
         surface = replace(surface, y_px=track.mirror.y_px, unc_px=track.mirror.unc_px)
-    warn_of_wrong_scale(drop, pool_sightings(track.sightings, wet=False))
     scales = find_scales(drop, track.radius_air, track.radius_water, ground)
     scales = with_doubted_pixels(drop, scales, oblateness(track.sightings))
     surface = with_clipped_edge(surface, track.radius_air, ground)
