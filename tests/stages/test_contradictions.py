@@ -126,8 +126,8 @@ def test_a_clip_that_starts_below_the_surface_is_told_not_to(
         _, error = measure(soft, tmp_path)
     finally:
         path.write_text(text, encoding="utf-8")
-    assert "is not measured, with or without views.side.background" in str(error)
-    assert "take it from where the sphere is seen whole in air" in str(error)
+    assert "is seen whole in air: correct " in str(error)
+    assert "or take the clip from where it is" in str(error)
 
 
 def test_a_scale_by_which_no_sphere_is_found_is_told(soft: Path, tmp_path: Path) -> None:
@@ -137,4 +137,4 @@ def test_a_scale_by_which_no_sphere_is_found_is_told(soft: Path, tmp_path: Path)
         _, error = measure(soft, tmp_path)
     finally:
         change(soft, "side", scale_px_per_m="auto")
-    assert "check scale_px_per_m and sphere.diameter_m, by which only spheres of about 32 px" in str(error)
+    assert "no sphere of about 32 px radius is seen whole in air: correct scale_px_per_m and sphere." in str(error)

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 
 from wentry_cli.config.inheritance import CAMPAIGN
 from wentry_cli.config.places import Document, KeyPath, Place
-from wentry_cli.config.units import probably_meant, unit_of, with_its_unit
+from wentry_cli.config.units import probably_meant, unit_of, with_a_point, with_its_unit
 from wentry_cli.errors import ConfigurationError
 
 M = TypeVar("M", bound=BaseModel)
@@ -37,6 +37,7 @@ _PLAIN = {
     "model_attributes_type": "must hold `key: value` lines, not {input}",
     "bool_type": "must be true or false, not {input}",
 }
+NUMBERS = ("float_type", "int_type", "form")
 LEFT_EMPTY = "is left empty; fill it in"
 _SHAPES = ("float_type", "int_type", "model_type", "tuple_type", "string_type", "model_attributes_type")
 
@@ -112,8 +113,8 @@ def _message(problem: Any, path: KeyPath, model: type[BaseModel]) -> str:
     if converted and kind == "form":
         context["expected"] = context["expected"].replace("a number", "a number" + converted)
     as_number = converted or ","
-    shown = _shown(problem["input"])
-    return sentence.format(input=shown, unit=unit_of(key), meant=meant, as_number=as_number, **context)
+    shown, point = _shown(problem["input"]), with_a_point(problem["input"]) if kind in NUMBERS else ""
+    return sentence.format(input=shown, unit=unit_of(key), meant=meant, as_number=as_number, **context) + point
 
 
 def _empty(place: Place) -> str:

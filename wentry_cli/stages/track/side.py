@@ -40,15 +40,13 @@ if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
 
 NO_SPHERE = (
-    "no sphere was found in any frame: check {}source, roi_px, rotate, flip and polarity of views.side; one of less "
-    "than 10 px in radius is too small"
+    "no sphere of {} is seen {}: correct {}source, roi_px, rotate, flip or polarity of views.side, or take the clip "
+    "from where it is"
 )
+LEAST_RADIUS_PX = 10
 NOT_IN_AIR = (
     "a clip that starts when the sphere is at the surface or below it already is not measured, with or without "
     "views.side.background and scale_px_per_m: take it from where the sphere is seen whole in air"
-)
-SIZE_GIVEN = (
-    "scale_px_per_m and sphere.diameter_m, by which only spheres of about {:.0f} px radius are looked for, and "
 )
 NO_SIZE = (
     "a sphere is followed, but too little of its outline agrees with a sphere to tell its size: leave out what is "
@@ -91,8 +89,11 @@ def measure_side(drop: Drop, clip: Clip, ground: Background, sampled: list[int])
 def _no_sphere(drop: Drop) -> str:
     """What to check where no sphere was found: first the scale that says how large it is, where one was given."""
     pair = drop.view("side").scale_pair
-    given = "" if pair.air == "auto" else SIZE_GIVEN.format(pair.air * drop.experiment.sphere.radius_m)
-    return NO_SPHERE.format(given) + (f"; {NOT_IN_AIR}" if drop.experiment.kind == "water_entry" else "")
+    size, first = f"at least {LEAST_RADIUS_PX} px radius", ""
+    if pair.air != "auto":
+        size = f"about {pair.air * drop.experiment.sphere.radius_m:.0f} px radius"
+        first = "scale_px_per_m and sphere.diameter_m, which say so, or "
+    return NO_SPHERE.format(size, "whole in air" if drop.experiment.kind == "water_entry" else "whole", first)
 
 
 def _faint_seed(
