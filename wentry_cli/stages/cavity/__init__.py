@@ -146,9 +146,10 @@ def _neck_columns(tracks: Sequence[NeckTrack], seal: Seal, view: SideView) -> di
 
 
 def _neck_row(track: NeckTrack, k: int, number: int, view: SideView) -> dict[str, Any]:
-    axis, y_m = view.metres(0.0, track.y_px[k])
-    radius = float(view.metres(track.radius_px[k], track.y_px[k])[0] - axis)
-    pixel = float(view.metres(1.0, track.y_px[k])[0] - axis)
+    x_px = view.below_impact(track.y_px[k])
+    axis, y_m = view.metres(x_px, track.y_px[k])
+    radius = float(view.metres(x_px + track.radius_px[k], track.y_px[k])[0] - axis)
+    pixel = float(view.metres(x_px + 1.0, track.y_px[k])[0] - axis)
     unc = np.hypot(track.radius_unc_px[k], EDGE_MODEL_PX) * pixel
     return {
         "frame": int(track.frame[k]),

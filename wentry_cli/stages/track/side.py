@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -32,6 +32,7 @@ from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.scale import NO_RADIUS
 from wentry_cli.tracking.seed import find_seed
 from wentry_cli.tracking.side import track_side
+from wentry_cli.tracking.sighting import Sighting
 from wentry_cli.tracking.waterline import changes_far_above
 from wentry_cli.tracking.wet_plan import SideScene
 from wentry_cli.tracking.wet_radius import pool_sightings
@@ -147,7 +148,9 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     found = drop.view("side").surface_y_px == "auto"
     if found and changes_far_above(surface, [item for item in track.sightings if not item.wet], seed.radius):
         return _without_surface(clip)
-    if track.mirror.is_surface and found:
+    if surface.roll_rad:
+        surface = surface.at(_last_column(track.sightings, seed))
+    elif track.mirror.is_surface and found:
         surface = replace(surface, y_px=track.mirror.y_px, unc_px=track.mirror.unc_px)
     scales = find_scales(drop, track.radius_air, track.radius_water, ground)
     scales = with_doubted_pixels(drop, scales, oblateness(track.sightings))
@@ -158,7 +161,7 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     axis = assumed_axis(drop, clip.opened.middle_px)
     columns = in_metres(drop, clip, sightings, (scales, surface, axis), track.check)
     t_s = clip.time_s - impact.time_s
-    checked = checked_axis(drop, axis, scales, t_s, _centre_m(columns, drop))
+    checked = checked_axis(drop, axis, scales, t_s, _centre_m(columns, drop, surface.roll_rad))
     if checked != axis:
         columns = in_metres(drop, clip, sightings, (scales, surface, checked), track.check)
     state_radius(columns, track.radius_air, track.radius_water)
@@ -179,14 +182,21 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     return SideResult(columns, scales, surface, track.radius_air, impact, problem, offset, checked, released_s)
 
 
-def _centre_m(columns: dict[str, Any], drop: Drop) -> NDArray[np.float64]:
+def _last_column(sightings: Sequence[Sighting], seed: Path) -> float:
+    """Where the sphere was last seen in air, px: about there it meets the surface."""
+    seen = [item.fit.center_x_px for item in sightings if item.ok and not item.wet and item.fit is not None]
+    return seen[-1] if seen else seed.shapes[-1].x
+
+
+def _centre_m(columns: dict[str, Any], drop: Drop, roll_rad: float) -> NDArray[np.float64]:
     """Heights of the centre, NaN where the frame is not ok."""
     ok = np.array([word == "ok" for word in columns["status"]])
     stretch = columns["stretch"] if drop.experiment.deformable else np.ones(len(ok))
     radius_m, tilt_deg = drop.experiment.sphere.radius_m, columns["tilt_deg"]
     depth = columns["bottom_y_px"] - columns["center_y_px"]
     bottom = columns["y_b_m"] + below_ellipsoid(depth, columns["radius_px"], stretch, tilt_deg, radius_m)
-    height, _ = centre_height(bottom, columns["y_b_m_unc"], stretch, columns["stretch_unc"], radius_m, tilt_deg)
+    lean_deg = tilt_deg + math.degrees(roll_rad)
+    height, _ = centre_height(bottom, columns["y_b_m_unc"], stretch, columns["stretch_unc"], radius_m, lean_deg)
     return np.where(ok, height, np.nan)
 
 
