@@ -56,7 +56,11 @@ class SideView:
 
     def below_impact(self, y_px: float) -> float:
         """The column in which the vertical through the point of impact crosses a row."""
-        return self.pixels.surface_x_px - (y_px - self.pixels.surface_y_px) * math.tan(self.pixels.roll_rad)
+        return float(self.plumb(self.pixels.surface_x_px, self.pixels.surface_y_px, y_px))
+
+    def plumb(self, x_px: float, y_px: float, rows_px: Floats | float) -> Floats:
+        """The columns in which the vertical through a point of the picture crosses its rows."""
+        return np.asarray(x_px - (np.asarray(rows_px) - y_px) * math.tan(self.pixels.roll_rad))
 
     def height_unc(self, y_px: float, y_unc_px: float) -> float:
         """Standard uncertainty of ``height``, m, of a row known to ``y_unc_px``."""
