@@ -27,6 +27,8 @@ scale_px_per_m | px/m | float ± | scale in air (top view: in the plane of the f
 scale_water_px_per_m | px/m | float ± | scale of what is seen through the water; empty without water or from the top
 scale_source | – | text | how each scale was found: given, diameter or wet_ellipse
 surface_y_px | px | float ± | row of the undisturbed free surface (surface_impact: of the plate)
+surface_x_px | px | float | rolled camera: the column of that row; empty where the surface is level in the picture
+roll_deg | ° | float | roll of the camera: the surface falls to the right by it; metres are levelled; empty from the top
 optical_axis_y_px | px | float ± | row where the optical axis meets the picture; empty without water
 radius_px | px | float ± | radius of the undeformed sphere in air
 impact_time_s | s | float ± | first contact on the camera clock

@@ -88,6 +88,35 @@ def test_a_truncated_image_is_a_row(wentry: Command, video: Path, tmp_path: Path
     assert read_table(tmp_path / "r" / "small", "side").loc[40, "status"] == "bad_frame"
 
 
+def test_an_empty_file_is_told_by_its_header_alone(wentry: Command, video: Path) -> None:
+    (first, *_) = _frames(video)
+    first.write_bytes(b"")
+    done = wentry("check", video)
+    assert done.code == 0, done.err
+    assert f"(1 cannot be read: {first.name})" in done.out
+
+
+@pytest.mark.parametrize(("height", "told"), [(1.5, False), (4.5, True)])
+def test_a_height_that_few_rooms_have_is_asked_after(
+    wentry: Command, video: Path, caplog: pytest.LogCaptureFixture, height: float, told: bool
+) -> None:
+    done = wentry("check", video, "--set", f"drop.height_m={height}")
+    assert done.code == 0, done.err
+    asked = "--set drop.height_m: warning: drop.height_m: 4.5 m is higher than most rooms and gives 9.4 m/s at impact"
+    assert (asked in caplog.text) is told
+
+
+def test_a_sphere_that_is_larger_than_the_picture_is_a_mistake_of_the_scale(wentry: Command, video: Path) -> None:
+    _edit(video, "source: side", "source: side\n    scale_px_per_m: 20000")
+    line = next(number for number, text in enumerate(_lines(video), 1) if "scale_px_per_m: 20000" in text)
+    height, width = cv2.imread(str(_frames(video)[0]), 0).shape
+    for command in ("check", "process"):
+        done = wentry(command, video)
+        assert done.code == 3
+        assert f"{video / 'experiment.yaml'}:{line}:5: error: views.side.scale_px_per_m: 20000 makes" in done.err
+        assert f"the picture is {width} x {height} px; correct the scale or sphere.diameter_m" in done.err
+
+
 def test_a_video_without_a_sphere(wentry: Command, video: Path, tmp_path: Path) -> None:
     paths = _frames(video)
     rng = np.random.default_rng(3)

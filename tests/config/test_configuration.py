@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from wentry_cli.config.blame import wrong_key
 from wentry_cli.config.campaign import Drop, find_drops, read_drop
 from wentry_cli.config.inheritance import Shared, notes_of
 from wentry_cli.config.materials import packaged_config
@@ -16,7 +17,9 @@ from wentry_cli.config.models import Experiment, water_properties
 from wentry_cli.config.places import Document, read_document
 from wentry_cli.config.scaffold import write_scaffold
 from wentry_cli.errors import ConfigurationError, InputError
+from wentry_cli.frames.reader import RATE_UNKNOWN, RecordingInfo
 from wentry_cli.runner.commands import overrides_document, read_campaign
+from wentry_cli.stages.ingest import frame_rate
 
 GOOD = """\
 kind: water_entry
@@ -56,6 +59,9 @@ def test_a_good_file_is_read(tmp_path: Path) -> None:
         (("0.051", "true"), "sphere.diameter_m: must be a number, not True"),
         (("0.051", ".nan"), "sphere.diameter_m: must be"),
         (("0.051", "51 mm"), "sphere.diameter_m: must be a number in metres, as 0.051, not '51 mm'"),
+        (("0.051", '"0,051"'), "sphere.diameter_m: must be a number, not '0,051'; write 0.051"),
+        (("1070", '"1,070"'), "sphere.density_kg_m3: must be a number, not '1,070'; write 1070 or 1.070"),
+        (("fps: 2000", 'fps: "2000,5"'), "must be a number or 'from_header', not '2000,5'; write 2000.5"),
         (("0.051", '"5,1cm"'), "sphere.diameter_m: must be a number in metres, as 0.051, not '5,1cm'"),
         (("0.051", "51 inches"), "sphere.diameter_m: must be a number, not '51 inches'"),
         (("1070", "1.07 g/cm3"), "sphere.density_kg_m3: must be a number in kg/m³, as 1070, not '1.07 g/cm3'"),
@@ -135,6 +141,41 @@ def test_the_campaign_is_inherited_and_overridden(tmp_path: Path) -> None:
     side = drop.view("side")
     assert drop.experiment.gravity_m_s2 == 9.79
     assert (side.fps, side.exposure_s) == (2000, 1e-4)
+
+
+def test_a_key_that_is_left_empty_says_nothing(tmp_path: Path) -> None:
+    """As in the file that init writes: what the campaign or the default says holds, and mistakes are told there."""
+    shared = "gravity_m_s2:\nsphere: {diameter_m: 0.051, material: rigid}\nviews: {side: {fps: 1000}}\n"
+    _write(tmp_path, shared, "campaign.yaml")
+    write_scaffold(tmp_path / "a")
+    drop = read_drop("a", tmp_path / "a", top=tmp_path)
+    assert (drop.experiment.sphere.material, drop.experiment.sphere.diameter_m) == ("rigid", 0.051)
+    assert (drop.view("side").fps, drop.experiment.gravity_m_s2) == (1000, 9.81)
+    told = wrong_key(drop, "sphere.diameter_m", 0.051, "is wrong")
+    assert str(told).startswith(f"{tmp_path / 'campaign.yaml'}:2:10: error: sphere.diameter_m: is wrong")
+    unsaid = overrides_document(("sphere.material=null",))
+    assert read_drop("a", tmp_path / "a", unsaid, tmp_path).experiment.sphere.material is None, "for one run"
+    _write(tmp_path, shared.replace("0.051", "51"), "campaign.yaml")
+    with pytest.raises(ConfigurationError, match=r"campaign\.yaml:2:10: error: sphere\.diameter_m: must be at most"):
+        read_drop("a", tmp_path / "a", top=tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("shared", "told"),
+    [
+        ("", r"experiment\.yaml:4:3: error: sphere\.diameter_m: {0}, or remove the line and say it in campaign\.yaml"),
+        ("sphere:\n  diameter_m:\n", r"experiment\.yaml:4:3: error: sphere\.diameter_m: {0}, or remove the line"),
+    ],
+)
+def test_what_no_file_says_is_asked_for(tmp_path: Path, shared: str, told: str) -> None:
+    _write(tmp_path, shared, "campaign.yaml")
+    write_scaffold(tmp_path / "a")
+    with pytest.raises(ConfigurationError, match=told.format("is left empty; fill it in")):
+        read_drop("a", tmp_path / "a", top=tmp_path)
+    _write(tmp_path, "sphere:\n  diameter_m:\n", "campaign.yaml")
+    _write(tmp_path / "a", GOOD.replace("diameter_m: 0.051, ", ""))
+    with pytest.raises(ConfigurationError, match=r"campaign\.yaml:2:3: error: sphere\.diameter_m: [^,]*fill it in$"):
+        read_drop("a", tmp_path / "a", top=tmp_path)
 
 
 def test_within_the_campaign_its_keys_reach_any_depth(tmp_path: Path) -> None:
@@ -411,8 +452,12 @@ def filled(folder: Path) -> Path:
 
 def test_the_scaffold_asks_for_what_only_the_user_knows(tmp_path: Path) -> None:
     write_scaffold(tmp_path)
-    with pytest.raises(ConfigurationError, match=r"diameter_m: is left empty; fill it in\n.*fps: is left empty"):
+    with pytest.raises(ConfigurationError, match=r"diameter_m: is left empty; fill it in"):
         read_drop("drop", tmp_path)
+    given = read_drop("drop", tmp_path, overrides_document(("sphere.diameter_m=0.051",)))
+    info = RecordingInfo(tmp_path / "side", "PNG images", 20, 64, 64, 8, None, RATE_UNKNOWN, None)
+    with pytest.raises(ConfigurationError, match=r"side has no frame rate .* set views\.side\.fps"):
+        frame_rate(given, "side", info)
 
 
 def test_the_filled_scaffold_is_valid_and_never_overwritten(tmp_path: Path) -> None:

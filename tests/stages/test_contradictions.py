@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
 from tests.stages.rendered import change, measure, render
 from wentry_cli.config.campaign import read_drop
 from wentry_cli.stages import stretch
+from wentry_cli.tables import read_table
 
 TOP = {"width": 160, "height": 160, "scale_px_per_m": 1100.0, "camera_distance_m": 1.5}
 
@@ -89,6 +91,27 @@ def test_a_scale_that_the_sphere_contradicts_is_told(
     change(soft, "side", scale_px_per_m="auto")
 
 
+@pytest.mark.parametrize("share", [0.9, 1.1])
+def test_a_wrong_scale_spoils_no_outline(
+    soft: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture, share: float
+) -> None:
+    """Heights and speeds are wrong by its factor, nothing else: no step where the radius is held, the stretch as is."""
+    measure(soft, tmp_path / "right")
+    right = read_table(tmp_path / "right", "side")
+    change(soft, "side", scale_px_per_m=share * 900.0)
+    try:
+        _, error = measure(soft, tmp_path / "wrong")
+    finally:
+        change(soft, "side", scale_px_per_m="auto")
+    assert error is None
+    assert "missing" not in caplog.text
+    wrong = read_table(tmp_path / "wrong", "side")
+    assert (wrong.status == right.status).all()
+    ok = right.status == "ok"
+    assert np.allclose(wrong.y_b_m[ok] * share, right.y_b_m[ok], atol=2e-5)
+    assert np.allclose(wrong.stretch[ok], right.stretch[ok], atol=2e-3)
+
+
 @pytest.mark.parametrize("given", [{}, {"background": [0, 2], "scale_px_per_m": 900.0, "surface_y_px": 90.25}])
 def test_a_clip_that_starts_below_the_surface_is_told_not_to(
     soft: Path, tmp_path: Path, given: dict[str, object]
@@ -103,8 +126,8 @@ def test_a_clip_that_starts_below_the_surface_is_told_not_to(
         _, error = measure(soft, tmp_path)
     finally:
         path.write_text(text, encoding="utf-8")
-    assert "is not measured, with or without views.side.background" in str(error)
-    assert "take it from where the sphere is seen whole in air" in str(error)
+    assert "is seen whole in air: correct " in str(error)
+    assert "or take the clip from where it is" in str(error)
 
 
 def test_a_scale_by_which_no_sphere_is_found_is_told(soft: Path, tmp_path: Path) -> None:
@@ -114,4 +137,4 @@ def test_a_scale_by_which_no_sphere_is_found_is_told(soft: Path, tmp_path: Path)
         _, error = measure(soft, tmp_path)
     finally:
         change(soft, "side", scale_px_per_m="auto")
-    assert "check scale_px_per_m and sphere.diameter_m, by which only spheres of about 32 px" in str(error)
+    assert "no sphere of about 32 px radius is seen whole in air: correct scale_px_per_m and sphere." in str(error)

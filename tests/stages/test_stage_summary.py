@@ -155,6 +155,19 @@ def test_a_speed_that_the_height_does_not_explain_is_a_warning(
     assert "high: the impact speed is 5 m/s by measurement and 6.26 m/s by drop" in caplog.text
 
 
+def test_a_sphere_that_rises_into_the_water_has_no_speed(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    drop = make_drop("up", material="rigid")
+    assert run(tmp_path, drop, motion(amplitude=0.0))["status"] == "ok"
+    table = read_table(tmp_path, "kinematics")
+    table["v_c_m_s"] *= -0.1
+    write_table(tmp_path, "kinematics", table)
+    summary.run(tmp_path, drop)
+    row = read_table(tmp_path, "summary").iloc[0]
+    assert math.isnan(row["impact_speed_m_s"])
+    assert row["status"] != "ok"
+    assert "up: by its frames before impact the sphere would rise with 0." in caplog.text
+
+
 @pytest.mark.parametrize(("acceleration", "said"), [(-9.0, False), (-40.0, True), (9.81, True)])
 def test_a_flight_that_is_no_fall_is_a_warning(
     tmp_path: Path, caplog: pytest.LogCaptureFixture, acceleration: float, said: bool

@@ -12,7 +12,7 @@ from tests.stages.rendered import SIDE, change, errors_px, measure, render, trut
 from wentry_cli.comparison.campaign import compare
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.errors import InputError, TooFewMeasurementsError
-from wentry_cli.stages import kinematics
+from wentry_cli.stages import kinematics, stretch, summary
 from wentry_cli.stages.track import side as side_view
 from wentry_cli.stages.track.side_result import _without_impossible
 from wentry_cli.tables import has_table, read_table
@@ -435,21 +435,33 @@ def test_a_faint_sphere_is_found_from_above(tmp_path: Path) -> None:
     assert np.all(np.abs(off) < 5.0 * table.stretch_unc[ok])
 
 
-def test_a_camera_that_is_not_level_is_told(
-    soft: tuple[Path, Path], tmp_path: Path, caplog: pytest.LogCaptureFixture
+@pytest.mark.parametrize(("angle_deg", "fall"), [(-4.0, "4.0 degrees to the right"), (3.0, "3.0 degrees to the left")])
+def test_a_camera_that_is_not_level_is_told_and_corrected_for(
+    soft: tuple[Path, Path], tmp_path: Path, caplog: pytest.LogCaptureFixture, angle_deg: float, fall: str
 ) -> None:
-    folder = tmp_path / "drop"
+    """Heights, impact and speed are those above the surface, wherever in the picture the sphere is seen."""
+    folder, out = tmp_path / "drop", tmp_path / "out"
     shutil.copytree(soft[0], folder)
     for path in (folder / "side").glob("*.png"):
         level = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
         assert level is not None
-        turn = cv2.getRotationMatrix2D((88.0, 90.25), -4.0, 1.0)
+        turn = cv2.getRotationMatrix2D((88.0, 90.25), angle_deg, 1.0)
         turned = cv2.warpAffine(level, turn, level.shape[::-1], flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
         cv2.imwrite(str(path), turned)
-    _, error = measure(folder, tmp_path / "out")
+    drop, error = measure(folder, out)
     assert error is None
-    assert "the surface falls by 4.0 degrees to the right of the side view: level the camera" in caplog.text
-    side, (known, _) = read_table(tmp_path / "out", "side"), truth(folder)
+    assert f"the surface falls by {fall} of the side view: level the camera; heights are corrected" in caplog.text
+    side, (known, said) = read_table(out, "side"), truth(folder)
+    known = known[: len(side)]
     ok = (side.status == "ok").to_numpy()
     assert ok.sum() > 0.9 * (known.measurable == 1).sum()
-    assert rms((side.stretch - known.stretch[: len(side)])[ok].to_numpy()) < 2.0 * CLEAN_STRETCH
+    assert rms((side.stretch - known.stretch)[ok].to_numpy()) < 2.0 * CLEAN_STRETCH
+    assert (np.abs(side.y_b_m - known.y_b_m)[ok] < 3.0 * side.y_b_m_unc[ok]).all()
+    impact = read_table(out, "geometry").iloc[0]
+    assert abs(impact.impact_time_s - said["impact_time_s"]) < 3.0 * impact.impact_time_s_unc
+    assert impact.roll_deg == pytest.approx(-angle_deg, abs=0.05)
+    stretch.run(out, drop)
+    kinematics.run(out, drop)
+    summary.run(out, drop)
+    speed = read_table(out, "summary").iloc[0]
+    assert abs(speed.impact_speed_m_s - said["u0_m_s"]) < 3.0 * speed.impact_speed_m_s_unc

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -26,6 +27,21 @@ def seen(x_m: float, y_m: float, pixels: PixelMap) -> tuple[float, float]:
     scale = pixels.scale_air_px_m if y_m >= 0 else pixels.scale_water_px_m
     axis_height = (pixels.surface_y_px - pixels.axis_y_px) / pixels.scale_air_px_m
     return pixels.axis_x_px + scale * x_m, pixels.axis_y_px - scale * (y_m - axis_height)
+
+
+@given(x=st.floats(-0.05, 0.05), y=st.floats(-0.2, 0.2), roll_deg=st.floats(-6.0, 6.0), column=st.floats(0.0, 1023.0))
+def test_a_rolled_camera_is_levelled(x: float, y: float, roll_deg: float, column: float) -> None:
+    """Turned about its axis it sees the surface fall by that angle; any point of the surface may be named."""
+    level = np.array(seen(x, y, PIXELS))
+    if y < 0 and level[1] <= PIXELS.surface_y_px:
+        return
+    middle, roll = np.array([PIXELS.axis_x_px, PIXELS.axis_y_px]), math.radians(roll_deg)
+    turn = np.array([[math.cos(roll), -math.sin(roll)], [math.sin(roll), math.cos(roll)]])
+    turned = middle + turn @ (level - middle)
+    at = middle + turn @ (np.array([column, PIXELS.surface_y_px]) - middle)
+    rolled = replace(PIXELS, surface_x_px=float(at[0]), surface_y_px=float(at[1]), roll_rad=roll)
+    back_x, back_y = pixel_to_metre(*turned, rolled, np.asarray(y < 0))
+    assert (float(back_x), float(back_y)) == pytest.approx((x, y), abs=1e-12)
 
 
 @given(x=st.floats(-0.1, 0.1), y=st.floats(-0.2, 0.2))

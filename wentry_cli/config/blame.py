@@ -7,7 +7,7 @@ from typing import Any
 
 from wentry_cli.config.campaign import EXPERIMENT, Drop
 from wentry_cli.config.corrections import CORRECTIONS
-from wentry_cli.config.places import Document, KeyPath, read_document
+from wentry_cli.config.places import Document, KeyPath, read_document, value_at
 from wentry_cli.errors import ConfigurationError
 
 
@@ -27,8 +27,9 @@ def place_of(drop: Drop, key: str, value: Any) -> str:
     file = drop.folder / EXPERIMENT
     for candidate in (file, drop.shared.path):
         document = _read_again(candidate)
+        document = None if document is None else document.said()
         if document is not None and path in document.places:
-            return str(document.places[path] if _value_at(document.data, path) == value else file)
+            return str(document.places[path] if value_at(document.data, path) == value else file)
     return str(file)
 
 
@@ -54,9 +55,3 @@ def _read_again(file: Path | None) -> Document | None:
         return None if file is None or not file.is_file() else read_document(file)
     except ConfigurationError:
         return None
-
-
-def _value_at(data: Any, path: KeyPath) -> Any:
-    for part in path:
-        data = data[part]
-    return data

@@ -169,10 +169,11 @@ def _speakable(name: str) -> str:
 def read_drop(name: str, folder: Path, overrides: Document | None = None, top: Path | None = None) -> Drop:
     """Read one drop: its ``experiment.yaml`` over the ``campaign.yaml`` that ``find_shared`` finds for it.
 
-    ``overrides`` (from ``--set``) stand over both; ``top`` is the VIDEO_DIR in which the drop was found, itself where
-    it stands alone. Raises ``ConfigurationError`` with every problem and its place.
+    A key that is left empty in one of the files is not said there. ``overrides`` (from ``--set``) stand over both;
+    ``top`` is the VIDEO_DIR in which the drop was found, itself where it stands alone. Raises ``ConfigurationError``
+    with every problem and its place.
     """
-    document = read_document(folder / EXPERIMENT)
+    document = read_document(folder / EXPERIMENT).said()
     shared, problems = find_shared(folder, top or folder), Gathered()
     if shared.path is not None:
         beneath = _shared_keys(shared.path)
@@ -241,7 +242,7 @@ def _shared_keys(path: Path) -> Document:
                 f"{document.place(key)}: error: {'.'.join(map(str, key))}: must be keys with values" for key in flat
             )
         )
-    return document
+    return document.said()
 
 
 def _has_keys(value: object) -> bool:

@@ -9,8 +9,9 @@ from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from wentry_cli.config.places import Document, KeyPath
-from wentry_cli.config.units import probably_meant, unit_of, with_its_unit
+from wentry_cli.config.inheritance import CAMPAIGN
+from wentry_cli.config.places import Document, KeyPath, Place
+from wentry_cli.config.units import probably_meant, unit_of, with_a_point, with_its_unit
 from wentry_cli.errors import ConfigurationError
 
 M = TypeVar("M", bound=BaseModel)
@@ -36,6 +37,8 @@ _PLAIN = {
     "model_attributes_type": "must hold `key: value` lines, not {input}",
     "bool_type": "must be true or false, not {input}",
 }
+NUMBERS = ("float_type", "int_type", "form")
+LEFT_EMPTY = "is left empty; fill it in"
 _SHAPES = ("float_type", "int_type", "model_type", "tuple_type", "string_type", "model_attributes_type")
 
 
@@ -48,10 +51,12 @@ def configuration_error(found: Iterable[Any], document: Document, model: type[Ba
     for path, problems in by_path.items():
         if _is_answered_below(path, problems, by_path):
             continue
-        place = document.place(path)
+        left_empty = document.empty.get(path)
+        place = left_empty or document.place(path)
         key = ".".join(str(part) for part in path) or "experiment"
         where, order = (f"{place}: ", (place.line, place.column)) if place else ("", (0, 0))
-        lines.append((*order, f"{where}error: {key}: {_message(_nearest_form(problems), path, model)}"))
+        told = _empty(left_empty) if left_empty else _message(_nearest_form(problems), path, model)
+        lines.append((*order, f"{where}error: {key}: {told}"))
     return ConfigurationError("\n".join(line for *_, line in sorted(lines)))
 
 
@@ -100,7 +105,7 @@ def _message(problem: Any, path: KeyPath, model: type[BaseModel]) -> str:
     if kind == "value_error":
         return str(problem["ctx"]["error"])
     if problem["input"] is None and kind != "missing":
-        return "is left empty; fill it in"
+        return LEFT_EMPTY
     sentence = _PLAIN.get(kind, "cannot be {input}")
     context, key = _context(problem), _name_of(path)
     meant = probably_meant(key, problem["input"], low=context.get("ge"), high=context.get("le"))
@@ -108,8 +113,13 @@ def _message(problem: Any, path: KeyPath, model: type[BaseModel]) -> str:
     if converted and kind == "form":
         context["expected"] = context["expected"].replace("a number", "a number" + converted)
     as_number = converted or ","
-    shown = _shown(problem["input"])
-    return sentence.format(input=shown, unit=unit_of(key), meant=meant, as_number=as_number, **context)
+    shown, point = _shown(problem["input"]), with_a_point(problem["input"]) if kind in NUMBERS else ""
+    return sentence.format(input=shown, unit=unit_of(key), meant=meant, as_number=as_number, **context) + point
+
+
+def _empty(place: Place) -> str:
+    elsewhere = "" if place.file.name == CAMPAIGN else f", or remove the line and say it in {CAMPAIGN}"
+    return LEFT_EMPTY + elsewhere
 
 
 def _name_of(path: KeyPath) -> str:

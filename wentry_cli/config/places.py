@@ -32,10 +32,11 @@ class Place:
 
 @dataclass
 class Document:
-    """What a YAML file says and where it says it."""
+    """What a YAML file says and where it says it; ``empty`` are the keys that ``said`` took out."""
 
     data: dict[str, Any]
     places: dict[KeyPath, Place] = field(default_factory=dict)
+    empty: dict[KeyPath, Place] = field(default_factory=dict)
 
     def place(self, path: KeyPath) -> Place | None:
         """The place of ``path`` or of its nearest parent."""
@@ -46,7 +47,15 @@ class Document:
 
     def over(self, other: Document) -> Document:
         """This document's keys over those of ``other``, mapping by mapping."""
-        return Document(_merge(other.data, self.data), {**other.places, **self.places})
+        places = {**other.places, **self.places}
+        empty = {path: place for path, place in {**other.empty, **self.empty}.items() if path not in places}
+        return Document(_merge(other.data, self.data), places, empty)
+
+    def said(self) -> Document:
+        """This document without the keys that are left empty: they say nothing here, so that another one may."""
+        empty = {path: place for path, place in self.places.items() if path and value_at(self.data, path) is None}
+        places = {path: place for path, place in self.places.items() if path not in empty}
+        return Document(_without_empty(self.data), places, empty)
 
 
 class _Loader(yaml.SafeLoader):
@@ -180,6 +189,21 @@ def _note_places(node: yaml.Node, path: KeyPath, places: dict[KeyPath, Place], f
 
 def _dotted(path: KeyPath) -> str:
     return ".".join(str(part) for part in path)
+
+
+def value_at(data: Any, path: KeyPath) -> Any:
+    """What ``data`` holds at ``path``, which it has."""
+    for part in path:
+        data = data[part]
+    return data
+
+
+def _without_empty(data: dict[str, Any]) -> dict[str, Any]:
+    return {
+        key: _without_empty(value) if isinstance(value, dict) else value
+        for key, value in data.items()
+        if value is not None
+    }
 
 
 def _merge(lower: dict[str, Any], upper: dict[str, Any]) -> dict[str, Any]:

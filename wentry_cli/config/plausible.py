@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,8 +14,18 @@ from wentry_cli.errors import ConfigurationError
 SPHERE_PX = (2.0, 20_000.0)
 SMALLEST_ROI_PX = 16
 DENSITIES = (10.0, 25_000.0)
+HIGHEST_DROP_M = 4.0
 ROUNDED = 1.001  # an exposure and a rate are given to a few digits
 Problem = tuple[str, str]
+
+
+def doubtful(experiment: Experiment) -> Iterator[tuple[str, float, str]]:
+    """Keys whose values a laboratory can have but seldom has: each with its value and what is odd about it."""
+    height = experiment.drop.height_m
+    if height is not None and height > HIGHEST_DROP_M:
+        speed = math.sqrt(2.0 * experiment.gravity_m_s2 * height)
+        told = f"{height:g} m is higher than most rooms and gives {speed:.3g} m/s at impact; is it meant in metres?"
+        yield "drop.height_m", height, told
 
 
 def refuse_implausible(experiment: Experiment, folder: Path, document: Document) -> None:

@@ -11,7 +11,7 @@ from wentry_cli.tables import write_text
 
 RECORDINGS = (".cihx", ".cih", ".cine", ".avi", ".mp4", ".tif", ".tiff")
 TEMPLATE = """\
-# One drop. Every key carries its unit; docs/configuration.md lists them all.
+# One drop. Every key carries its unit; docs/configuration.md lists them all. Keys left empty: campaign.yaml holds.
 kind: {kind:22} # water_entry | surface_impact (rigid surface) | free_flight
 sphere:
   diameter_m:                # undeformed, e.g. 0.051; it gives the scale
@@ -20,7 +20,7 @@ sphere:
 {views}"""
 FALLS = """\
   density_kg_m3:             # e.g. 1070
-  material:                  # rigid, or a key of materials.yaml such as dragonskin_6p70_small; unknown: leave it empty
+  material:                  # rigid, or a key of materials.yaml such as dragonskin_6p70_small; empty: unknown
 # drop:
 #   height_m: 1.53           # from the bottom of the sphere to the surface: a cross-check of the speed
 """

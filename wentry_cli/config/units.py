@@ -37,6 +37,7 @@ OTHERS = {
     "s": {"µs": 1e-6, "us": 1e-6, "ms": 1e-3},
     "frames/s": {"fps": 1.0, "Hz": 1.0, "1/s": 1.0, "kHz": 1e3},
 }
+_WITH_COMMA = re.compile(r"[-+]?\d+,\d+")
 _WITH_UNIT = re.compile(r"([-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d{1,2})?) ?([^\d\s.,].*)")
 
 
@@ -61,6 +62,15 @@ def probably_meant(key: str, value: object, *, low: float | None = None, high: f
     if low is not None and thousand and value * 1000 >= low:
         return f"; {value:g} {thousand} is {value * 1000:g} {unit}"
     return ""
+
+
+def with_a_point(value: object) -> str:
+    """``; write 0.040``, where ``value`` is a number with a comma; one that may part thousands is shown both ways."""
+    if not isinstance(value, str) or not _WITH_COMMA.fullmatch(value.strip()):
+        return ""
+    whole, _, share = value.strip().partition(",")
+    thousands = f"{whole}{share} or " if len(share) == 3 and whole.lstrip("+-0") else ""
+    return f"; write {thousands}{whole}.{share}"
 
 
 def with_its_unit(key: str, value: object) -> str:

@@ -72,7 +72,8 @@ def open_image_folder(folder: Path, pattern: str = "*") -> ImageFolder:
     if not headers:
         raise InputError(f"{folder}: not one of the images can be read: {damage}")
     header = _common_header(folder, headers)
-    return ImageFolder(folder, numbering, header, _camera_header(folder, header))
+    unreadable = tuple(name for name in numbering.names if name is not None and name not in headers)
+    return ImageFolder(folder, numbering, header, _camera_header(folder, header), unreadable)
 
 
 def _common_header(folder: Path, headers: dict[str, ImageHeader]) -> ImageHeader:
@@ -123,8 +124,15 @@ def _camera_header(folder: Path, image: ImageHeader) -> _Camera:
 class ImageFolder:
     """Images of one size, decoded one at a time; the last is kept, so regions of one frame decode it once."""
 
-    def __init__(self, folder: Path, numbering: Numbering, header: ImageHeader, camera: _Camera) -> None:
-        """Take the frames of ``numbering`` in ``folder``, all of the kind of ``header``."""
+    def __init__(
+        self,
+        folder: Path,
+        numbering: Numbering,
+        header: ImageHeader,
+        camera: _Camera,
+        unreadable: tuple[str, ...] = (),
+    ) -> None:
+        """Take the frames of ``numbering`` in ``folder``, all of the kind of ``header`` but those ``unreadable``."""
         self._folder, self._numbering, self._header = folder, numbering, header
         self._last: tuple[int, Frame] | None = None
         self._shift, depth, notes = 0, header.bit_depth, numbering.notes + camera.notes
@@ -144,6 +152,7 @@ class ImageFolder:
             exposure_s=camera.exposure_s,
             duplicates=len(numbering.duplicates),
             gaps=numbering.gaps,
+            unreadable=unreadable,
             notes=notes,
         )
 

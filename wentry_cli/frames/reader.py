@@ -31,8 +31,9 @@ class RecordingInfo:
 
     ``bit_depth`` counts the significant bits of a grey level (8, 10, 12, 14, 16; of the container where the file does
     not say); ``fps`` is in frames per second of the camera where ``rate_trusted``; ``duplicates`` counts files that
-    claim a frame number already taken, ``gaps`` the frame numbers that are missing; ``notes`` are what a user
-    should see; ``random_access`` tells that a region costs the bytes of its rows, not the decoding of its frame.
+    claim a frame number already taken, ``gaps`` the frame numbers that are missing; ``unreadable`` names the images of
+    which not even the header can be read; ``notes`` are what a user should see; ``random_access`` tells that a region
+    costs the bytes of its rows, not the decoding of its frame.
     """
 
     path: Path
@@ -46,6 +47,7 @@ class RecordingInfo:
     exposure_s: float | None
     duplicates: int = 0
     gaps: int = 0
+    unreadable: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     random_access: bool = False
 

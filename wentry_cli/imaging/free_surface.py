@@ -22,6 +22,8 @@ NEARLY_ALL, BLUR_PX, LEAST_COLUMNS = 0.98, 6.0, 8
 MOST_SURFACES, APART_ROWS, FAINTEST_SECOND, LEAST_ACROSS = 4, 6, 0.04, 0.8
 # A camera that is not level: how far strips lie off one line, how many lie on it, how far and how steeply it falls.
 ON_LINE_PX, MOST_STRIPS, LEVEL_PX, STEEPEST = 3.0, 0.6, 4.0, 0.12
+# A slant, in rows per column, that is none: a quarter of a degree, or not clear of its uncertainty.
+LEVEL_SLANT, LEVEL_SIGMA = 0.004, 4.0
 RISEN = 2.0  # times the lowest level between two dips: they are two
 
 
@@ -29,7 +31,8 @@ RISEN = 2.0  # times the lowest level between two dips: they are two
 class SurfaceRow:
     """Row of a surface at a column: centre of its dark band, standard uncertainty, thickness of the band, depth of it.
 
-    ``status`` is ok or ``no_edge`` (nothing like one; NaN), ``slant`` the rows per column by which it falls rightwards.
+    ``status`` is ok or ``no_edge`` (nothing like one; NaN), ``slant`` the rows per column by which it falls rightwards,
+    ``x_px`` the column (NaN: of a row that was given, in all of them).
     """
 
     y_px: float
@@ -38,6 +41,18 @@ class SurfaceRow:
     contrast: float
     status: str
     slant: float = 0.0
+    slant_unc: float = 0.0
+    x_px: float = math.nan
+
+    @property
+    def roll_rad(self) -> float:
+        """By how much the camera is rolled: the angle by which the surface falls to the right, 0 where it is level."""
+        rolled = abs(self.slant) > max(LEVEL_SLANT, LEVEL_SIGMA * self.slant_unc) and math.isfinite(self.x_px)
+        return math.atan(self.slant) if rolled else 0.0
+
+    def at(self, x_px: float) -> SurfaceRow:
+        """The same surface, its row at another column."""
+        return replace(self, y_px=self.y_px + self.slant * (x_px - self.x_px), x_px=x_px) if self.roll_rad else self
 
 
 LEAST_ROWS, EDGE_ROWS = 12, 4
@@ -77,7 +92,12 @@ def find_surfaces(
         return []
     found = _deepest_first(_dip(level), (top, bottom), x_px)
     return [
-        replace(row, y_px=row.y_px + lit.start, unc_px=math.hypot(row.unc_px, _pulled_by_step(level, row)))
+        replace(
+            row,
+            y_px=row.y_px + lit.start,
+            unc_px=math.hypot(row.unc_px, _pulled_by_step(level, row)),
+            x_px=row.x_px + across.start,
+        )
         for row in found
         if row.status == "ok"
     ]
@@ -244,8 +264,9 @@ def line_across(
         slope, offset = np.polyfit(columns[good] - x_px, centres[good], 1)
     left = centres - (offset + slope * (columns - x_px))
     scatter = float(np.std(left[good])) / math.sqrt(np.count_nonzero(good) / 2.0)
+    slope_unc = scatter / float(np.std(columns[good]))
     unc = math.hypot(scatter, _unevenness(thickness))
-    return SurfaceRow(float(offset), unc, thickness, contrast, "ok", float(slope))
+    return SurfaceRow(float(offset), unc, thickness, contrast, "ok", float(slope), slope_unc, float(x_px))
 
 
 def _median_line(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[float, float]:

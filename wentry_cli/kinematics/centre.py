@@ -24,12 +24,12 @@ def centre_height(
     The errors of y_b and λ are taken as independent: y_b comes from the bottom of the outline alone, λ from its width
     or from another camera. δy_c = 2R/λ³ δλ is half a millimetre for 0.01 on a 51 mm sphere, so λ matters most.
     """
-    height = bottom_m + radius_m * _depth(stretch, tilt_deg)
+    height = bottom_m + radius_m * ellipsoid_depth(stretch, tilt_deg)
     slope = 2.0 * radius_m / stretch**3
     return height, np.hypot(bottom_unc_m, slope * stretch_unc)
 
 
-def _depth(stretch: Array, tilt_deg: Array | float) -> Array:
+def ellipsoid_depth(stretch: Array, tilt_deg: Array | float) -> Array:
     """How far the lowest point of the ellipsoid lies below its centre, over R."""
     lean = np.radians(np.nan_to_num(tilt_deg))
     return np.hypot(np.cos(lean) / stretch**2, stretch * np.sin(lean))
@@ -42,7 +42,7 @@ def below_ellipsoid(depth_px: Array, radius_px: Array, stretch: Array, tilt_deg:
     depart from an ellipse, by .3 % say, has its lowest point .3 % of R away from where its stretch would put it: y_c
     must not follow.
     """
-    return np.nan_to_num(radius_m * (depth_px / radius_px - _depth(stretch, tilt_deg)))
+    return np.nan_to_num(radius_m * (depth_px / radius_px - ellipsoid_depth(stretch, tilt_deg)))
 
 
 def early_shape_time(radius_m: float, stiffness_pa: float, density_kg_m3: float) -> float:

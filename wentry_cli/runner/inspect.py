@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from dataclasses import dataclass, field
 
 from wentry_cli import progress
-from wentry_cli.config.campaign import Drop
+from wentry_cli.config.blame import place_of
+from wentry_cli.config.campaign import SHOWN, Drop
+from wentry_cli.config.plausible import doubtful
 from wentry_cli.errors import Gathered, TooFewMeasurementsError, WentryError
 from wentry_cli.runner.drop import Event, Failure, Report
 from wentry_cli.runner.in_clip import check_times
 
+logger = logging.getLogger(__name__)
 LOOK = "frames"  # in the place of a stage's name
 
 
@@ -97,6 +101,8 @@ def _sentences(drop: Drop) -> dict[str, str]:
         with problems.part():
             seen[view] = _look(drop, view)
     problems.complain()
+    for key, value, told in doubtful(drop.experiment):
+        logger.warning(f"{place_of(drop, key, value)}: warning: {key}: {told}")
     times = {view: time_s for view, (_, time_s) in seen.items()}
     _refuse_too_short(drop, [len(time_s) for time_s in times.values()])
     check_clocks(drop, {view: (time_s[0], time_s[-1]) for view, time_s in times.items()})
@@ -121,6 +127,9 @@ def _look(drop: Drop, view: str) -> tuple[str, list[float]]:
     finally:
         opened.recording.close()
     missing = f" ({info.gaps} missing by their numbers)" if info.gaps else ""
+    if info.unreadable:
+        more = " and others" if len(info.unreadable) > SHOWN else ""
+        missing += f" ({len(info.unreadable)} cannot be read: {', '.join(info.unreadable[:SHOWN])}{more})"
     sentence = (
         f"{info.format}, {info.frame_count} frames of {info.width} x {info.height}{missing}, "
         f"{rate:g} frames/s ({info.fps_source})"

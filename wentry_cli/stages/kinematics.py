@@ -167,7 +167,7 @@ def _motion(
         mode=drop.experiment.analysis.smoother,
         slow_s=_slow(folder, side, drop),
         fixed_m=_fixed(geometry, column(side, "t_s")),
-        tilt_deg=column(side, "tilt_deg"),
+        tilt_deg=column(side, "tilt_deg") + number(geometry, "roll_deg", 0.0),
         below_m=_below(side, drop),
         released_s=released(geometry),
     )

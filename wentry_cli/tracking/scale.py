@@ -17,7 +17,8 @@ class PixelMap:
     """What the change from pixels to metres needs.
 
     Scales in px/m in air and of what is seen through the water, the row of the undisturbed surface, and where the
-    optical axis meets the image.
+    optical axis meets the image. Of a camera that is rolled, the surface falls to the right by ``roll_rad`` and
+    ``surface_y_px`` is its row at the column ``surface_x_px``.
     """
 
     scale_air_px_m: float
@@ -25,6 +26,23 @@ class PixelMap:
     surface_y_px: float
     axis_x_px: float
     axis_y_px: float
+    surface_x_px: float = 0.0
+    roll_rad: float = 0.0
+
+
+def levelled(
+    x_px: ArrayLike, y_px: ArrayLike, about: tuple[float, float], roll_rad: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Turn image positions to where a level camera would have them, about a point (x, y) of the surface.
+
+    In the picture of a camera by which the surface falls to the right by r, the true vertical is (−sin r, cos r).
+    """
+    x, y = np.asarray(x_px, dtype=np.float64), np.asarray(y_px, dtype=np.float64)
+    if not roll_rad:
+        return x, y
+    cos, sin = math.cos(roll_rad), math.sin(roll_rad)
+    right, down = x - about[0], y - about[1]
+    return about[0] + cos * right + sin * down, about[1] + cos * down - sin * right
 
 
 def pixel_to_metre(
@@ -51,15 +69,16 @@ def pixel_to_metre(
     those are 13 px upwards, so a layer of 13 px just below the surface is hidden behind the air's picture, and the row
     ``y_s`` itself shows, in water, the depth ``(y_0 − y_s)(1/s_a − 1/s_w)``. ``wet`` says through which medium each
     row was seen; without it rows at or above ``y_s`` are taken as air, rows below as water. With equal scales both are
-    ``(y_s − y) / s``.
+    ``(y_s − y) / s``. What a rolled camera saw is levelled first, and its axis with it.
     """
-    x = np.asarray(x_px, dtype=np.float64)
-    y = np.asarray(y_px, dtype=np.float64)
+    about = pixels.surface_x_px, pixels.surface_y_px
+    x, y = levelled(x_px, y_px, about, pixels.roll_rad)
+    axis_x, axis_y = levelled(pixels.axis_x_px, pixels.axis_y_px, about, pixels.roll_rad)
     wet = y > pixels.surface_y_px if wet is None else wet
     air, water = pixels.scale_air_px_m, pixels.scale_water_px_m
-    axis_height = (pixels.surface_y_px - pixels.axis_y_px) / air
-    height = np.where(wet, axis_height - (y - pixels.axis_y_px) / water, (pixels.surface_y_px - y) / air)
-    return (x - pixels.axis_x_px) / np.where(wet, water, air), height
+    axis_height = (pixels.surface_y_px - axis_y) / air
+    height = np.where(wet, axis_height - (y - axis_y) / water, (pixels.surface_y_px - y) / air)
+    return (x - axis_x) / np.where(wet, water, air), height
 
 
 @dataclass(frozen=True)

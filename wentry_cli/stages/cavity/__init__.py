@@ -41,7 +41,7 @@ ROWS_PER_RADIUS = 20  # cavity.csv keeps every third row of a sphere of 60 px
 class _Rows:
     """Columns of cavity.csv, collected frame by frame: frame, axis, rows, left and right edges, px."""
 
-    parts: list[tuple[int, float, Floats, Floats, Floats]]
+    parts: list[tuple[int, Floats, Floats, Floats, Floats]]
 
     def add(self, frame: int, profile: CavityProfile, view: SideView) -> None:
         """Add the walls of one frame: every ``step``-th row between the surface and the contact line."""
@@ -52,15 +52,16 @@ class _Rows:
         lowest = foot if np.isfinite(foot) else sphere.top_y_px
         kept = profile.rows_above(lowest, step)
         if kept.size:
-            self.parts.append((frame, sphere.x_px, profile.y_px[kept], profile.left_px[kept], profile.right_px[kept]))
+            rows = profile.y_px[kept]
+            axis = view.plumb(sphere.x_px, sphere.y_px, rows)
+            self.parts.append((frame, axis, rows, profile.left_px[kept], profile.right_px[kept]))
 
     def table(self, view: SideView) -> dict[str, Any]:
         """All columns, a row per frame and row of the profile."""
         if not self.parts:
             return {name: [] for name in ("frame", "t_s", "wall", "y_m", "left_m", "right_m")}
-        sizes = [part[2].size for part in self.parts]
-        frame, x_px = (np.repeat([part[k] for part in self.parts], sizes) for k in (0, 1))
-        y_px, left_px, right_px = (np.concatenate([part[k] for part in self.parts]) for k in (2, 3, 4))
+        frame = np.repeat([part[0] for part in self.parts], [part[2].size for part in self.parts])
+        x_px, y_px, left_px, right_px = (np.concatenate([part[k] for part in self.parts]) for k in (1, 2, 3, 4))
         axis, y_m = view.metres(x_px, y_px)
         t_s = view.t_s[frame]
         return {
@@ -155,9 +156,10 @@ def _neck_columns(tracks: Sequence[NeckTrack], seal: Seal, view: SideView) -> di
 
 
 def _neck_row(track: NeckTrack, k: int, number: int, view: SideView) -> dict[str, Any]:
-    axis, y_m = view.metres(0.0, track.y_px[k])
-    radius = float(view.metres(track.radius_px[k], track.y_px[k])[0] - axis)
-    pixel = float(view.metres(1.0, track.y_px[k])[0] - axis)
+    x_px = view.below_impact(track.y_px[k])
+    axis, y_m = view.metres(x_px, track.y_px[k])
+    radius = float(view.metres(x_px + track.radius_px[k], track.y_px[k])[0] - axis)
+    pixel = float(view.metres(x_px + 1.0, track.y_px[k])[0] - axis)
     unc = np.hypot(track.radius_unc_px[k], EDGE_MODEL_PX) * pixel
     return {
         "frame": int(track.frame[k]),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -51,7 +52,15 @@ class SideView:
 
     def height(self, y_px: float) -> float:
         """Height of a row of the picture above the surface, m."""
-        return float(self.metres(0.0, y_px)[1])
+        return float(self.metres(self.below_impact(y_px), y_px)[1])
+
+    def below_impact(self, y_px: float) -> float:
+        """The column in which the vertical through the point of impact crosses a row."""
+        return float(self.plumb(self.pixels.surface_x_px, self.pixels.surface_y_px, y_px))
+
+    def plumb(self, x_px: float, y_px: float, rows_px: Floats | float) -> Floats:
+        """The columns in which the vertical through a point of the picture crosses its rows."""
+        return np.asarray(x_px - (np.asarray(rows_px) - y_px) * math.tan(self.pixels.roll_rad))
 
     def height_unc(self, y_px: float, y_unc_px: float) -> float:
         """Standard uncertainty of ``height``, m, of a row known to ``y_unc_px``."""
@@ -81,7 +90,9 @@ def read_side_view(folder: Path, drop: Drop) -> SideView:
     clip = open_clip(folder, drop, "side")
     axis_x = clip.opened.middle_px[0]
     clip.close()
-    pixels = PixelMap(air, water, float(row["surface_y_px"]), axis_x, float(row["optical_axis_y_px"]))
+    surface, roll = float(row["surface_y_px"]), math.radians(np.nan_to_num(row["roll_deg"]))
+    level_at = float(np.nan_to_num(row["surface_x_px"]))
+    pixels = PixelMap(air, water, surface, axis_x, float(row["optical_axis_y_px"]), level_at, roll)
     radius = water * drop.experiment.sphere.radius_m
     starts = find_cavity_starts(column["t_s"], column["stretch"], column["stretch_unc"], column["separation_y_m"])
     spheres = sphere_outlines(column["center_x_px"], column["center_y_px"], radius, column["stretch"])

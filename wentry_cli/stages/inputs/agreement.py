@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from wentry_cli.config.blame import wrong_key
+from wentry_cli.config.models import ScalePair
 from wentry_cli.config.plausible import ROUNDED, too_long
 from wentry_cli.errors import InputError
 from wentry_cli.frames.reader import RecordingInfo
@@ -21,8 +22,12 @@ Span = tuple[float, float]
 
 
 def check_view(drop: Drop, name: str, info: RecordingInfo) -> None:
-    """The surface lies in the picture or above it by no more than its height; the shutter closes within a frame."""
+    """The surface lies in the picture or above it by no more than its height; the shutter closes within a frame.
+
+    And the sphere, as large as a given scale makes it, fits into the picture.
+    """
     view = drop.view(name)
+    _check_size(drop, name, info)
     row, rows = view.surface_y_px, info.height
     if row != "auto" and not -rows <= row <= rows:
         told = (
@@ -41,6 +46,19 @@ def check_view(drop: Drop, name: str, info: RecordingInfo) -> None:
         f"{info.path}: its header claims an exposure of {exposure:g} s, longer than a frame at {info.fps:g} frames/s; "
         f"set views.{name}.exposure_s and views.{name}.fps to those of the camera"
     )
+
+
+def _check_size(drop: Drop, name: str, info: RecordingInfo) -> None:
+    view, diameter = drop.view(name), drop.experiment.sphere.diameter_m
+    scale = view.scale_pair.air
+    if scale == "auto" or scale * diameter <= min(info.width, info.height):
+        return
+    alike = not isinstance(view.scale_px_per_m, ScalePair)
+    told = (
+        f"{scale:g} makes the sphere {scale * diameter:.4g} px wide, and the picture is {info.width} x {info.height} "
+        "px; correct the scale or sphere.diameter_m"
+    )
+    raise wrong_key(drop, f"views.{name}.scale_px_per_m" + ("" if alike else ".air"), scale, told)
 
 
 def check_clocks(drop: Drop, spans: dict[str, Span]) -> None:

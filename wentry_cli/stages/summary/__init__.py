@@ -47,9 +47,15 @@ def run(folder: Path, drop: Drop) -> None:
 def _speeds(folder: Path, drop: Drop) -> Speeds:
     if drop.experiment.kind == "free_flight" or not has_table(folder, "side"):
         return NO_SPEEDS
-    if drop.experiment.kind == "surface_impact":
-        return impact_speed_alone(folder, drop)
-    return measured_speeds(folder, drop)
+    alone = drop.experiment.kind == "surface_impact"
+    speeds = impact_speed_alone(folder, drop) if alone else measured_speeds(folder, drop)
+    if speeds.impact <= 0.0:  # it came down to where it was met
+        logger.warning(
+            f"{drop.name}: by its frames before impact the sphere would rise with {-speeds.impact:.3g} m/s: no speed "
+            "is given; see their status in side.csv"
+        )
+        return NO_SPEEDS
+    return speeds
 
 
 def _cross_check(name: str, measured: float, expected: float) -> None:

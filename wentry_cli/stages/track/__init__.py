@@ -91,6 +91,7 @@ def _row(drop: Drop, name: str, clip: Clip) -> dict[str, Any]:
 def _side_row(drop: Drop, clip: Clip, side: SideResult) -> dict[str, Any]:
     wet = drop.experiment.kind == "water_entry"
     found = side.surface.status == "ok" and drop.experiment.kind != "free_flight"
+    rolled = found and side.surface.roll_rad != 0.0
     return _row(drop, "side", clip) | {
         "scale_px_per_m": side.scales.air,
         "scale_px_per_m_unc": side.scales.air_unc,
@@ -99,6 +100,8 @@ def _side_row(drop: Drop, clip: Clip, side: SideResult) -> dict[str, Any]:
         "scale_source": side.scales.source,
         "surface_y_px": side.surface.y_px if found else math.nan,
         "surface_y_px_unc": side.surface.unc_px if found else math.nan,
+        "surface_x_px": side.surface.x_px if rolled else math.nan,
+        "roll_deg": math.degrees(side.surface.roll_rad),
         "optical_axis_y_px": side.axis.y_px,
         "optical_axis_y_px_unc": side.axis.unc_px,
         "radius_px": side.radius.value,
@@ -121,6 +124,8 @@ def _top_row(drop: Drop, clip: Clip, top: TopResult) -> dict[str, Any]:
             "scale_source": top.scale.source,
             "radius_px": top.radius_px,
             "radius_px_unc": top.radius_px * top.scale.unc_px_m / top.scale.px_m,
+            "surface_x_px": math.nan,
+            "roll_deg": math.nan,
             "impact_time_s": top.impact_s[0],
             "impact_time_s_unc": top.impact_s[1],
             "release_time_s": math.nan,

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from wentry_cli.contours.ellipse import SilhouetteFit
 from wentry_cli.imaging.free_surface import SurfaceRow
 from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.tracking.held import since
 from wentry_cli.tracking.impact import Impact, back_to_surface, find_impact
+from wentry_cli.tracking.scale import levelled
 from wentry_cli.tracking.sighting import Sighting
 
 if TYPE_CHECKING:
@@ -37,7 +39,7 @@ def entry_impact(
     row, scale = surface
     good = [item for item in sightings if item.ok and item.fit is not None]
     dry = since([item for item in good if not item.wet], clip.time_s, released_s)
-    bottoms = np.array([best_bottom(item) for item in dry]).reshape(-1, 3)
+    bottoms = np.array([_level_bottom(item, row) for item in dry]).reshape(-1, 3)
     times = clip.time_s[[item.frame for item in dry]] if dry else np.empty(0)
     limits = (row.y_px, row.unc_px)
     impact = find_impact(times, bottoms[:, 0], bottoms[:, 1], limits, drop.experiment.gravity_m_s2 * scale)
@@ -52,9 +54,23 @@ def entry_impact(
     wet = [item for item in good if item.wet]
     if not wet:
         return impact
-    rows = np.array([item.fit.center_y_px + item.fit.radius_px for item in wet if item.fit is not None])
+    rows = np.array([_level_row(item.fit, row) + item.fit.radius_px for item in wet if item.fit is not None])
     time, unc = back_to_surface(clip.time_s[[item.frame for item in wet]], rows, limits)
     return Impact(time, unc, math.nan, math.nan, math.nan, "ok" if math.isfinite(time) else "too_few")
+
+
+def _level_row(fit: SilhouetteFit, surface: SurfaceRow) -> float:
+    """Row of the centre as a level camera would have it."""
+    about = surface.x_px, surface.y_px
+    return float(levelled(fit.center_x_px, fit.center_y_px, about, surface.roll_rad)[1])
+
+
+def _level_bottom(item: Sighting, surface: SurfaceRow) -> tuple[float, float, float]:
+    """``best_bottom`` as a level camera would have it, of a sphere that is round in air."""
+    row, unc, local = best_bottom(item)
+    if item.fit is None or not surface.roll_rad:
+        return row, unc, local
+    return row + _level_row(item.fit, surface) - item.fit.center_y_px, unc, local
 
 
 def shape_offset_px(dry: Sequence[Sighting]) -> float:

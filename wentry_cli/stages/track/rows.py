@@ -9,6 +9,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
+from wentry_cli.kinematics.centre import ellipsoid_depth
 from wentry_cli.tracking.sighting import Sighting
 from wentry_cli.tracking.tilt import identified_tilt
 
@@ -104,6 +105,23 @@ def lowest_rows(
         outline = np.where(air, outline + float(np.median(apart)), outline)
         unc = np.where(air, np.hypot(unc, error), unc)
     return np.where(use_local, local, outline), np.where(use_local, columns["bottom_local_y_px_unc"], unc)
+
+
+def lowest_points(
+    columns: dict[str, Any], bottom_px: NDArray[np.float64], roll_rad: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Column and row of the lowest point of each frame: that of the picture, unless the camera was rolled.
+
+    Then it lies below the centre along the true vertical, as deep as the ellipse is in that direction.
+    """
+    x, y = columns["center_x_px"], columns["center_y_px"]
+    if not roll_rad:
+        return x, bottom_px
+    stretch, tilt_deg = columns["stretch"], columns["tilt_deg"]
+    deeper = ellipsoid_depth(stretch, tilt_deg + np.degrees(roll_rad)) - ellipsoid_depth(stretch, tilt_deg)
+    known = np.isfinite(tilt_deg) & np.isfinite(stretch)  # elsewhere it is as deep in all directions
+    depth = bottom_px - y + np.where(known, columns["radius_px"] * deeper, 0.0)
+    return x - depth * np.sin(roll_rad), y + depth * np.cos(roll_rad)
 
 
 def contradicted_bottom(columns: dict[str, Any], *, deforms: bool) -> NDArray[np.bool_]:

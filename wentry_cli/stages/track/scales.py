@@ -50,20 +50,25 @@ def given_radii(drop: Drop) -> tuple[PooledRadius, PooledRadius]:
     return radius(view.scale_pair.air), radius(view.scale_pair.water)
 
 
-def warn_of_wrong_scale(drop: Drop, seen: PooledRadius) -> None:
-    """Warn where the scale that the user gave for air is not that of the sphere, whose radius was ``seen`` in air."""
+def warn_of_wrong_scale(drop: Drop, seen: PooledRadius) -> bool:
+    """Warn where the scale that the user gave for air is not that of the sphere, whose radius was ``seen`` in air.
+
+    Returns whether it is so: outlines are then not to be held at the radius that the scale gives.
+    """
     sphere, view = drop.experiment.sphere, drop.view("side")
     given = view.scale_pair.air
     if given == "auto" or not seen.known:
-        return
+        return False
     scale, unc = scale_from_radius(seen, sphere.diameter_m, sphere.diameter_m_unc)
-    if abs(float(given) - scale) > CONTRADICTED * math.hypot(unc, view.scale_px_per_m_unc) + SLIGHT * scale:
+    wrong = abs(float(given) - scale) > CONTRADICTED * math.hypot(unc, view.scale_px_per_m_unc) + SLIGHT * scale
+    if wrong:
         key = "views.side.scale_px_per_m" + ("" if view.scale_pair.air == view.scale_pair.water else ".air")
         logger.warning(
             f"{drop.name}: {key} is {float(given):g}, but the sphere of {sphere.diameter_m * 1e3:g} mm measures "
             f"{scale:.6g} ± {unc:.2g} px/m in air: check the scale or sphere.diameter_m; heights and speeds go by the "
             "scale that was given"
         )
+    return wrong
 
 
 def find_scales(drop: Drop, air: PooledRadius, water: PooledRadius, ground: Background) -> Scales:

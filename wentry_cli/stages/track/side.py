@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -32,6 +32,7 @@ from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.scale import NO_RADIUS
 from wentry_cli.tracking.seed import find_seed
 from wentry_cli.tracking.side import track_side
+from wentry_cli.tracking.sighting import Sighting
 from wentry_cli.tracking.waterline import changes_far_above
 from wentry_cli.tracking.wet_plan import SideScene
 from wentry_cli.tracking.wet_radius import pool_sightings
@@ -40,15 +41,13 @@ if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
 
 NO_SPHERE = (
-    "no sphere was found in any frame: check {}source, roi_px, rotate, flip and polarity of views.side; one of less "
-    "than 10 px in radius is too small"
+    "no sphere of {} is seen {}: correct {}source, roi_px, rotate, flip or polarity of views.side, or take the clip "
+    "from where it is"
 )
+LEAST_RADIUS_PX = 10
 NOT_IN_AIR = (
     "a clip that starts when the sphere is at the surface or below it already is not measured, with or without "
     "views.side.background and scale_px_per_m: take it from where the sphere is seen whole in air"
-)
-SIZE_GIVEN = (
-    "scale_px_per_m and sphere.diameter_m, by which only spheres of about {:.0f} px radius are looked for, and "
 )
 NO_SIZE = (
     "a sphere is followed, but too little of its outline agrees with a sphere to tell its size: leave out what is "
@@ -99,8 +98,11 @@ def measure_side(drop: Drop, clip: Clip, ground: Background, sampled: list[int])
 def _no_sphere(drop: Drop) -> str:
     """What to check where no sphere was found: first the scale that says how large it is, where one was given."""
     pair = drop.view("side").scale_pair
-    given = "" if pair.air == "auto" else SIZE_GIVEN.format(pair.air * drop.experiment.sphere.radius_m)
-    return NO_SPHERE.format(given) + (f"; {NOT_IN_AIR}" if drop.experiment.kind == "water_entry" else "")
+    size, first = f"at least {LEAST_RADIUS_PX} px radius", ""
+    if pair.air != "auto":
+        size = f"about {pair.air * drop.experiment.sphere.radius_m:.0f} px radius"
+        first = "scale_px_per_m and sphere.diameter_m, which say so, or "
+    return NO_SPHERE.format(size, "whole in air" if drop.experiment.kind == "water_entry" else "whole", first)
 
 
 def _with_polarity(drop: Drop, clip: Clip, problem: str) -> str:
@@ -161,12 +163,16 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
         water,
     )
     track = track_side(clip, ground, seed, scene)
+    if warn_of_wrong_scale(drop, pool_sightings(track.sightings, wet=False)):
+        # held at a radius that it does not have, the outline of a frame would lie elsewhere than those beside it
+        track = track_side(clip, ground, seed, replace(scene, radius_air=NO_RADIUS, radius_water=NO_RADIUS))
     found = drop.view("side").surface_y_px == "auto"
     if found and changes_far_above(surface, [item for item in track.sightings if not item.wet], seed.radius):
         return _without_surface(clip)
-    if track.mirror.is_surface and found:
+    if surface.roll_rad:
+        surface = surface.at(_last_column(track.sightings, seed))
+    elif track.mirror.is_surface and found:
         surface = replace(surface, y_px=track.mirror.y_px, unc_px=track.mirror.unc_px)
-    warn_of_wrong_scale(drop, pool_sightings(track.sightings, wet=False))
     scales = find_scales(drop, track.radius_air, track.radius_water, ground)
     scales = with_doubted_pixels(drop, scales, oblateness(track.sightings))
     surface = with_clipped_edge(surface, track.radius_air, ground)
@@ -176,7 +182,7 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     axis = assumed_axis(drop, clip.opened.middle_px)
     columns = in_metres(drop, clip, sightings, (scales, surface, axis), track.check)
     t_s = clip.time_s - impact.time_s
-    checked = checked_axis(drop, axis, scales, t_s, _centre_m(columns, drop))
+    checked = checked_axis(drop, axis, scales, t_s, _centre_m(columns, drop, surface.roll_rad))
     if checked != axis:
         columns = in_metres(drop, clip, sightings, (scales, surface, checked), track.check)
     state_radius(columns, track.radius_air, track.radius_water)
@@ -197,14 +203,21 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     return SideResult(columns, scales, surface, track.radius_air, impact, problem, offset, checked, released_s)
 
 
-def _centre_m(columns: dict[str, Any], drop: Drop) -> NDArray[np.float64]:
+def _last_column(sightings: Sequence[Sighting], seed: Path) -> float:
+    """Where the sphere was last seen in air, px: about there it meets the surface."""
+    seen = [item.fit.center_x_px for item in sightings if item.ok and not item.wet and item.fit is not None]
+    return seen[-1] if seen else seed.shapes[-1].x
+
+
+def _centre_m(columns: dict[str, Any], drop: Drop, roll_rad: float) -> NDArray[np.float64]:
     """Heights of the centre, NaN where the frame is not ok."""
     ok = np.array([word == "ok" for word in columns["status"]])
     stretch = columns["stretch"] if drop.experiment.deformable else np.ones(len(ok))
     radius_m, tilt_deg = drop.experiment.sphere.radius_m, columns["tilt_deg"]
     depth = columns["bottom_y_px"] - columns["center_y_px"]
     bottom = columns["y_b_m"] + below_ellipsoid(depth, columns["radius_px"], stretch, tilt_deg, radius_m)
-    height, _ = centre_height(bottom, columns["y_b_m_unc"], stretch, columns["stretch_unc"], radius_m, tilt_deg)
+    lean_deg = tilt_deg + math.degrees(roll_rad)
+    height, _ = centre_height(bottom, columns["y_b_m_unc"], stretch, columns["stretch_unc"], radius_m, lean_deg)
     return np.where(ok, height, np.nan)
 
 

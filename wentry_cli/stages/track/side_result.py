@@ -18,6 +18,7 @@ from wentry_cli.stages.track.rows import (
     blurred_stretch,
     local_bottom_holds,
     local_bottom_unc,
+    lowest_points,
     lowest_rows,
     side_columns,
 )
@@ -85,7 +86,9 @@ def in_metres(
     columns = side_columns(clip.count, sightings)
     if axis == NO_AXIS:  # without water both media have one scale, and nothing depends on the axis
         axis = OpticalAxis(clip.opened.middle_px[1], 0.0)
-    pixels = PixelMap(scales.air, scales.water, surface.y_px, clip.opened.middle_px[0], axis.y_px)
+    pixels = PixelMap(
+        scales.air, scales.water, surface.y_px, clip.opened.middle_px[0], axis.y_px, surface.x_px, surface.roll_rad
+    )
     doubt = np.full(clip.count, abs(check.stretch_offset))
     for item in sightings:
         doubt[item.frame] = check.stretch_doubt(item.line)
@@ -98,12 +101,14 @@ def in_metres(
     wet = np.zeros(clip.count, dtype=bool)
     wet[[item.frame for item in sightings if item.wet]] = True
     bottom, unc = lowest_rows(columns, use_local, ~wet)
-    columns["y_b_m"] = pixel_to_metre(0.0, bottom, pixels, wet)[1]
+    columns["y_b_m"] = pixel_to_metre(*lowest_points(columns, bottom, pixels.roll_rad), pixels, wet)[1]
     zero = (surface.y_px, surface.unc_px), (axis.y_px, axis.unc_px)
     columns["y_b_m_unc"] = height_unc((bottom, unc), scales, *zero, wet)
     columns["y_b_source"] = np.where(np.isfinite(bottom), np.where(use_local, "local", "ellipse"), "")
     line = columns["separation_y_px"], columns["separation_y_px_unc"]
-    columns["separation_y_m"] = pixel_to_metre(0.0, line[0], pixels, wet)[1]  # it is seen through the water, all of it
+    columns["separation_y_m"] = pixel_to_metre(columns["center_x_px"], line[0], pixels, wet)[
+        1
+    ]  # it is seen through the water, all of it
     columns["separation_y_m_unc"] = height_unc(line, scales, *zero, wet)
     if not drop.experiment.deformable and drop.experiment.kind != "free_flight":
         columns["stretch"] = columns["stretch_unc"] = np.full(clip.count, np.nan)

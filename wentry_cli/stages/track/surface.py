@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -50,11 +51,10 @@ def surface_row(drop: Drop, clip: Clip, ground: Background, seed: Path | None) -
 def _warn_of_slant(drop: Drop, surface: SurfaceRow) -> None:
     slant = math.atan(surface.slant)
     if abs(slant) > SLANTED:
-        short = 100.0 * (1.0 - math.cos(slant))
+        heights = "are corrected for it" if surface.roll_rad else "are counted along the columns of the picture"
         logger.warning(
             f"{drop.name}: the surface falls by {abs(math.degrees(slant)):.1f} degrees to the "
-            f"{'right' if slant > 0 else 'left'} of the side view: level the camera; as filmed, heights are "
-            f"{short:.2g} % short"
+            f"{'right' if slant > 0 else 'left'} of the side view: level the camera; heights {heights}"
         )
 
 
@@ -62,6 +62,7 @@ def _found_surfaces(drop: Drop, ground: Background, seed: Path | None) -> list[S
     middle = seed.shapes[-1].x if seed is not None else None
     if drop.experiment.kind == "surface_impact":
         plate = find_plate(ground.level, x_px=middle)
+        plate = replace(plate, x_px=math.nan)  # one that slopes tells nothing of the camera
         return [plate] if plate.status == "ok" else []
     highest = min(shape.y for shape in seed.shapes) if seed is not None else 0.0
     return find_surfaces(_bright(ground), x_px=middle, rows=(highest, float(ground.shape[0])))
