@@ -106,9 +106,8 @@ def in_metres(
     columns["y_b_m_unc"] = height_unc((bottom, unc), scales, *zero, wet)
     columns["y_b_source"] = np.where(np.isfinite(bottom), np.where(use_local, "local", "ellipse"), "")
     line = columns["separation_y_px"], columns["separation_y_px_unc"]
-    columns["separation_y_m"] = pixel_to_metre(columns["center_x_px"], line[0], pixels, wet)[
-        1
-    ]  # it is seen through the water, all of it
+    # it is seen through the water, all of it
+    columns["separation_y_m"] = pixel_to_metre(columns["center_x_px"], line[0], pixels, wet)[1]
     columns["separation_y_m_unc"] = height_unc(line, scales, *zero, wet)
     if not drop.experiment.deformable and drop.experiment.kind != "free_flight":
         columns["stretch"] = columns["stretch_unc"] = np.full(clip.count, np.nan)
