@@ -196,4 +196,10 @@ SEQUENCES = (
         {"switches": {"jets": True, "bubbles": 60}, "clip": TO_PINCH_OFF | {"after_pinch_off_s": 0.02}},
         events=CLOSURE,
     ),
+    HardSequence(
+        "sphere and cavity of 20 % contrast",
+        {"side": SIDE | {"lamp": {"dark": 0.8}}, "clip": TO_PINCH_OFF, "switches": {"lamp_image": True}},
+        events=CLOSURE,
+    ),
+    HardSequence("few frames, 500 a second", {"side": SIDE | {"fps": 500.0}, "clip": TO_PINCH_OFF}, events=CLOSURE),
 )

@@ -110,8 +110,8 @@ def _deepest_first(dip: NDArray[np.float32], limits: tuple[int, int], x_px: floa
     across = cv2.transpose(dip)  # so that a strip is a block of memory
     profiles = np.array([np.mean(across[strip[0] : strip[-1] + 1], axis=0) for strip in strips])
     middle = np.array([float(strip.mean()) for strip in strips])
-    slant = np.rint(_slant(profiles[:, top:bottom], middle) * (middle - x_px)).astype(np.intp)
-    profiles = _levelled(profiles, slant)
+    slant = np.rint(_slant(profiles[:, top:bottom], middle) * (middle - x_px))
+    profiles = _levelled(profiles, slant.astype(np.intp))
     common = np.median(profiles, axis=0)
     common[:top] = 0.0
     common[bottom:] = 0.0
@@ -126,9 +126,7 @@ def _deepest_first(dip: NDArray[np.float32], limits: tuple[int, int], x_px: floa
             break
         first, last = _extent(common, peak, 0.3 * contrast)
         thickness = float(np.sum(common[first : last + 1]) / contrast)
-        centres = np.array([_centre(profile, first, last) for profile in profiles], np.float64) + slant.astype(
-            np.float64
-        )
+        centres = slant + np.array([_centre(profile, first, last) for profile in profiles], np.float64)
         row = line_across(middle, centres, x_px, thickness, contrast)
         if found and not _across(profiles[:, peak], contrast):
             row = replace(row, status="no_edge")

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.errors import FrameUnreadableError
 from wentry_cli.imaging.background import Background, coarse_transmission
-from wentry_cli.imaging.detection import HALF_LEVEL, Candidate, find_spheres
+from wentry_cli.imaging.detection import HALF_LEVEL, Candidate, faint_levels, find_spheres, shrink_factor
 from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.source import Frames
 
@@ -68,6 +68,25 @@ def find_seed(
             if path is not None and (fits is None or fits(path)):
                 return path
             first = first or path
+    return first
+
+
+def find_faint_seed(
+    frames: Frames,
+    ground: Background,
+    indices: list[int],
+    *,
+    radius_range: Range = (7.0, math.inf),
+    falling: bool = False,
+    fits: Callable[[Path], bool] | None = None,
+) -> Path | None:
+    """As ``find_seed``, for a sphere of little contrast, the darkest there is; it may be too faint to fit."""
+    first: Path | None = None
+    for level in faint_levels(ground.noise, shrink_factor(frames.shape)):
+        seed = find_seed(frames, ground, indices, radius_range=radius_range, falling=falling, fits=fits, level=level)
+        if seed is not None and (fits is None or fits(seed)):
+            return seed
+        first = first or seed
     return first
 
 

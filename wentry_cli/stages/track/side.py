@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.imaging.background import Background
-from wentry_cli.imaging.detection import faint_levels, shrink_factor
 from wentry_cli.imaging.free_surface import NO_SURFACE, SurfaceRow
 from wentry_cli.kinematics.centre import below_ellipsoid, centre_height
 from wentry_cli.stages.inputs.clip import Clip, flat_field_of
@@ -30,7 +29,7 @@ from wentry_cli.tracking.flight import air_plan, both_ways, fits_in_air
 from wentry_cli.tracking.held import let_go
 from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.scale import NO_RADIUS
-from wentry_cli.tracking.seed import find_seed
+from wentry_cli.tracking.seed import find_faint_seed, find_seed
 from wentry_cli.tracking.side import track_side
 from wentry_cli.tracking.sighting import Sighting
 from wentry_cli.tracking.waterline import changes_far_above
@@ -77,7 +76,7 @@ def measure_side(drop: Drop, clip: Clip, ground: Background, sampled: list[int])
     seed = find_seed(clip, ground, sampled, radius_range=_radius_range(drop), falling=falling, fits=fits)
     problem = _no_sphere(drop)
     if seed is None:
-        seed = _faint_seed(drop, clip, ground, sampled, fits)
+        seed = find_faint_seed(clip, ground, sampled, radius_range=_radius_range(drop), falling=falling, fits=fits)
         if seed is not None and not fits(seed):
             seed, problem = None, TOO_FAINT
     if seed is None:
@@ -116,21 +115,6 @@ def _with_polarity(drop: Drop, clip: Clip, problem: str) -> str:
     if seed is None or not fits_in_air(clip, ground, seed, level, exposure):
         return problem
     return OTHER_POLARITY.format("darker" if other == "dark" else "brighter", given, other, problem)
-
-
-def _faint_seed(
-    drop: Drop, clip: Clip, ground: Background, sampled: list[int], fits: Callable[[Path], bool]
-) -> Path | None:
-    """A path from a sphere of little contrast, the darkest there is; it may be too faint to fit."""
-    falling, first = drop.experiment.kind != "free_flight", None
-    for level in faint_levels(ground.noise, shrink_factor(clip.shape)):
-        seed = find_seed(
-            clip, ground, sampled, radius_range=_radius_range(drop), falling=falling, fits=fits, level=level
-        )  # fmt: skip
-        if seed is not None and fits(seed):
-            return seed
-        first = first or seed
-    return first
 
 
 def _without_surface(clip: Clip) -> SideResult:

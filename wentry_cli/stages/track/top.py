@@ -11,16 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.imaging.background import Background
-from wentry_cli.imaging.detection import HALF_LEVEL, faint_levels, shrink_factor
 from wentry_cli.kinematics.centre import centre_height
 from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.stages.track.exposure import exposure_frames, fitting_level
 from wentry_cli.stages.track.rows import fit_columns, frame_status
 from wentry_cli.stages.track.side_result import SideResult
 from wentry_cli.tables import vouched
-from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.scale import pool_radius, scale_from_radius
-from wentry_cli.tracking.seed import find_seed
+from wentry_cli.tracking.seed import find_faint_seed, find_seed
 from wentry_cli.tracking.sighting import Sighting
 from wentry_cli.tracking.top import (
     TopScale,
@@ -78,7 +76,9 @@ class TopResult:
 
 def measure_top(drop: Drop, clip: Clip, ground: Background, sampled: list[int], side: SideResult | None) -> TopResult:
     """Track the top view; with a side view its impact time and depth are used, else the rise of the radius."""
-    seed = _seed(drop, clip, ground, sampled)
+    sizes = _radius_range(drop)
+    seed = find_seed(clip, ground, sampled, radius_range=sizes)
+    seed = seed or find_faint_seed(clip, ground, sampled, radius_range=sizes)
     clip.release()
     sightings: list[Sighting] = []
     if seed is not None:
@@ -94,10 +94,12 @@ def measure_top(drop: Drop, clip: Clip, ground: Background, sampled: list[int], 
     columns: dict[str, Any] = {"frame": np.arange(clip.count), "t_s": clip.time_s - entry.impact_s[0]}
     columns |= {name: fits[name] for name in TOP_COLUMNS}
     status = frame_status(clip.count, sightings)
-    stretch_unc = np.hypot(stretch_unc, _at_rest(stretch, (columns["t_s"] < 0.0) & (np.array(status) == "ok")))
+    falling, ok = columns["t_s"] < 0.0, np.array(status) == "ok"
+    stretch_unc = np.hypot(stretch_unc, _at_rest(stretch, falling & ok))
     columns |= {"stretch": stretch, "stretch_unc": stretch_unc, "status": status}
     columns["status"] = vouched("top", columns)
-    _warn_where_unseen_in_air(drop, columns)
+    if drop.experiment.kind != "free_flight":
+        _warn_where_unseen_in_air(drop, falling, ok)
     said = "" if drop.view("top").scale_pair.air == "auto" else "scale_px_per_m, "
     problem = "" if seed is not None else f"no sphere was found: check {said}source, roi_px and polarity of views.top"
     if not problem and not math.isfinite(entry.impact_s[0]):
@@ -110,24 +112,9 @@ def measure_top(drop: Drop, clip: Clip, ground: Background, sampled: list[int], 
     return TopResult(columns, entry.scale, entry.scale.px_m * radius_m, entry.impact_s, problem)
 
 
-def _seed(drop: Drop, clip: Clip, ground: Background, sampled: list[int]) -> Path | None:
-    """A path from two circles, of little contrast where none has much."""
-    for level in (HALF_LEVEL, *faint_levels(ground.noise, shrink_factor(clip.shape))):
-        seed = find_seed(clip, ground, sampled, radius_range=_radius_range(drop), level=level)
-        if seed is not None:
-            return seed
-    return None
-
-
-def _warn_where_unseen_in_air(drop: Drop, columns: dict[str, Any]) -> None:
-    """Warn where rows are measured after impact, but none of the frames before it."""
-    ok, falling = np.array(columns["status"]) == "ok", columns["t_s"] < 0.0
-    if (
-        drop.experiment.kind != "free_flight"
-        and np.sum(falling) >= FEWEST_AT_REST
-        and ok.any()
-        and not ok[falling].any()
-    ):
+def _warn_where_unseen_in_air(drop: Drop, falling: NDArray[np.bool_], ok: NDArray[np.bool_]) -> None:
+    """Warn where frames are measured, but none of those in which the sphere still falls."""
+    if np.sum(falling) >= FEWEST_AT_REST and ok.any() and not ok[falling].any():
         logger.warning(
             f"{drop.name}: seen from above no sphere is found in the {np.sum(falling)} frames before impact, so what "
             "is found after it may be something else: check polarity, roi_px and offset_s of views.top"
