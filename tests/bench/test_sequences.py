@@ -63,6 +63,15 @@ def test_bubbles_that_cling_to_a_sphere_are_not_taken_for_it(seed: int, tmp_path
     assert "out_of_frame" not in set(drop.found["status"])  # it stays in view
 
 
+def test_a_faint_sphere_beside_black_glare_is_followed_to_its_pinch_off(tmp_path: Path) -> None:
+    sequence = next(item for item in SEQUENCES if item.name == "sphere and cavity of 20 % contrast")
+    drop = sequences.measure(sequence, 3, tmp_path / "clip")
+    assert not drop.refusal
+    assert (drop.found["status"] == "ok").mean() > 0.9
+    assert drop.events["pinch_off"].said == "ok, deep_seal (truth: deep_seal)"
+    assert drop.events["pinch_off"].sigmas < 3.0
+
+
 def test_frames_numbered_anew_leave_the_files_without_a_gap(tmp_path: Path) -> None:
     side = _measured("frames missing, numbered anew", tmp_path / "clip")
     files = sorted(path.name for path in (tmp_path / "clip" / "side").iterdir())

@@ -26,7 +26,7 @@ SAMPLE = 6000  # pixels that tell the levels
 # Between black (0) and the ground (1): what is brighter than the first is ground, darker than the second dark, and a
 # wall brighter than the third is no wall. Where hardly anything is dark beside black, the sphere itself is black.
 BRIGHT, DARK, DARKEST_USEFUL = 0.7, 0.6, 0.75
-FAINTEST_SPHERE, HARDLY_ANY = 0.9, 0.01
+FAINTEST_SPHERE, HARDLY_ANY = 0.9, 0.05
 FEWEST_ROWS = 8
 CUT_OFF = 0.1  # of the rows: so many walls reach the rim of a region that is too narrow
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.imaging.background import Background
+from wentry_cli.imaging.detection import HALF_LEVEL
 from wentry_cli.imaging.free_surface import NO_SURFACE, SurfaceRow
 from wentry_cli.kinematics.centre import below_ellipsoid, centre_height
 from wentry_cli.stages.inputs.clip import Clip, flat_field_of
@@ -89,6 +90,11 @@ def measure_side(drop: Drop, clip: Clip, ground: Background, sampled: list[int])
     surface = surface_row(drop, clip, ground, seed)
     if drop.experiment.kind == "surface_impact":
         return measure_plate(drop, clip, ground, (seed, surface))
+    if surface.status != "ok" and seed.level == HALF_LEVEL:
+        # glare below the surface may be darker than a sphere of little contrast
+        faint = find_faint_seed(clip, ground, sampled, radius_range=_radius_range(drop), falling=falling, fits=fits)
+        if faint is not None and fits(faint):
+            seed, surface = faint, surface_row(drop, clip, ground, faint)
     if surface.status != "ok":
         return _without_surface(clip)
     return _measure_entry(drop, clip, ground, (seed, surface))
