@@ -18,6 +18,7 @@ FAINT_LEVELS = (0.8, 0.9)  # for spheres of less contrast, where nothing is dark
 ABOVE_NOISE = 5.0  # standard deviations of the noise of the coarse image
 SMALLEST_SPAN = 140.0
 WHOLE_SPAN = 330.0
+FEWEST_POINTS = 12
 
 
 @dataclass(frozen=True)
@@ -110,29 +111,49 @@ def find_spheres(
 
 
 def _candidate(contour: NDArray[np.int32], shape: tuple[int, ...], factor: float) -> Candidate | None:
-    points = contour[:, 0, :].astype(np.float64)
-    inside = (points > 0).all(axis=1) & (points[:, 0] < shape[1] - 1) & (points[:, 1] < shape[0] - 1)
-    points = points[inside]
-    if len(points) < 12:
+    angles = np.empty(len(contour))
+    x, y, radius, spread, count = _circle_through(contour[:, 0, :], (shape[0], shape[1]), angles)
+    if count < FEWEST_POINTS or not 2.0 < radius < max(shape):
         return None
-    x, y, radius = _circle_through(points)
-    if not 2.0 < radius < max(shape):
-        return None
-    distance = np.hypot(points[:, 0] - x, points[:, 1] - y)
-    spread = float(np.sqrt(np.mean((distance - radius) ** 2))) / radius
-    angles = np.sort(np.arctan2(points[:, 1] - y, points[:, 0] - x))
+    angles = np.sort(angles[:count])
     gap = float(np.max(np.diff(np.append(angles, angles[0] + 2.0 * math.pi))))
     centre = ((x + 0.5) * factor - 0.5, (y + 0.5) * factor - 0.5)
     return Candidate(*centre, (radius + 0.5) * factor, 360.0 - math.degrees(gap), spread)
 
 
-def _circle_through(points: NDArray[np.float64]) -> tuple[float, float, float]:
-    """Algebraic least-squares circle (Kåsa 1976): centre and radius."""
-    middle = points.mean(axis=0)
-    u, v = (points - middle).T
-    design = np.stack([u, v, np.ones_like(u)], axis=1)
-    (a, b, c), *_ = np.linalg.lstsq(design, u * u + v * v, rcond=None)
-    return float(middle[0] + a / 2), float(middle[1] + b / 2), math.sqrt(max(c + (a * a + b * b) / 4, 0.0))
+@compiled
+def _circle_through(
+    points: NDArray[np.int32], size: tuple[int, int], angles: NDArray[np.float64]
+) -> tuple[float, float, float, float, int]:
+    """Algebraic least-squares circle (Kåsa 1976) through the points (x, y) that are not at the edge of the image.
+
+    Returns centre, radius, the rms distance of the points from the circle over the radius (NaN where no circle goes
+    through them), and how many they are; ``angles`` is filled with where they lie on it.
+    """
+    inside = np.empty((points.shape[0], 2))
+    count, middle_x, middle_y = 0, 0.0, 0.0
+    for k in range(points.shape[0]):
+        x, y = points[k]
+        if 0 < x < size[1] - 1 and 0 < y < size[0] - 1:
+            inside[count, 0], inside[count, 1] = x, y
+            middle_x, middle_y, count = middle_x + x, middle_y + y, count + 1
+    if count < FEWEST_POINTS:
+        return math.nan, math.nan, math.nan, math.nan, count
+    middle_x, middle_y = middle_x / count, middle_y / count
+    uu, uv, vv, uw, vw = 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(count):
+        u, v = inside[k, 0] - middle_x, inside[k, 1] - middle_y
+        w = u * u + v * v
+        uu, uv, vv, uw, vw = uu + u * u, uv + u * v, vv + v * v, uw + u * w, vw + v * w
+    area = uu * vv - uv * uv
+    a, b = 0.5 * (uw * vv - vw * uv) / area, 0.5 * (vw * uu - uw * uv) / area
+    radius = math.sqrt((uu + vv) / count + a * a + b * b)
+    squares = 0.0
+    for k in range(count):
+        right, down = inside[k, 0] - middle_x - a, inside[k, 1] - middle_y - b
+        squares += (math.sqrt(right * right + down * down) - radius) ** 2
+        angles[k] = math.atan2(down, right)
+    return middle_x + a, middle_y + b, radius, math.sqrt(squares / count) / radius, count
 
 
 def faint_levels(noise: float, factor: float) -> list[float]:
