@@ -6,8 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wentry_cli.imaging.free_surface import clear_of_band, find_free_surface, find_surfaces
+from wentry_cli.imaging.free_surface import find_free_surface, find_surfaces
 from wentry_cli.imaging.plate import find_plate
+from wentry_cli.imaging.surface_band import clear_of_band
 
 
 def scene(centre: float, thickness: float, depth: float, slope: float = 0.0, noise: float = 0.002) -> np.ndarray:

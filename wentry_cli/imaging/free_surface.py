@@ -9,15 +9,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.compiled import compiled
 from wentry_cli.imaging.lit_part import lit_part, within_blur
 
 BLOCKS = 24
 WIDEST_BAND, SMOOTHED_PX = 61, 9
+THINNED, FEWEST_THINNED = 3, 480  # columns of which one is looked at, of so many: what lies between is smoothed anyway
 LINE_PX = 3.0  # what the finest meniscus looks like
 FAINTEST_DIP = 0.012
-# A ground that is a tenth darker moves the edge by a quarter of a pixel: no more than a trace of the band is wanted.
-CLEAR = 0.03
-NEARLY_ALL, BLUR_PX, LEAST_COLUMNS = 0.98, 6.0, 8
 # Of several rows: how many are told, how far apart, how deep against the first, in how many of the strips.
 MOST_SURFACES, APART_ROWS, FAINTEST_SECOND, LEAST_ACROSS = 4, 6, 0.04, 0.8
 # A camera that is not level: how far strips lie off one line, how many lie on it, how far and how steeply it falls.
@@ -90,7 +89,8 @@ def find_surfaces(
     top, bottom = max(top, EDGE_ROWS), min(bottom, level.shape[0] - EDGE_ROWS)
     if bottom - top < LEAST_ROWS or level.shape[1] < BLOCKS:
         return []
-    found = _deepest_first(_dip(level), (top, bottom), x_px)
+    thinned = THINNED if level.shape[1] >= FEWEST_THINNED else 1
+    found = _deepest_first(depth_of_dips(level, thinned), thinned, (top, bottom), x_px)
     return [
         replace(
             row,
@@ -103,13 +103,13 @@ def find_surfaces(
     ]
 
 
-def _deepest_first(dip: NDArray[np.float32], limits: tuple[int, int], x_px: float) -> list[SurfaceRow]:
+def _deepest_first(dip: NDArray[np.float32], thinned: int, limits: tuple[int, int], x_px: float) -> list[SurfaceRow]:
     """The dips between two rows, one after the other; what is no line across the picture has no edge."""
     top, bottom = limits
     strips = np.array_split(np.arange(dip.shape[1]), BLOCKS)
     across = cv2.transpose(dip)  # so that a strip is a block of memory
     profiles = np.array([np.mean(across[strip[0] : strip[-1] + 1], axis=0) for strip in strips])
-    middle = np.array([float(strip.mean()) for strip in strips])
+    middle = thinned * (np.array([float(strip.mean()) for strip in strips]) + 0.5) - 0.5
     slant = np.rint(_slant(profiles[:, top:bottom], middle) * (middle - x_px))
     profiles = _levelled(profiles, slant.astype(np.intp))
     common = np.median(profiles, axis=0)
@@ -177,41 +177,26 @@ def _foot(profile: NDArray[np.float32], peak: int, bound: float) -> tuple[int, i
     return ends[0], ends[1]
 
 
-def clear_of_band(level: NDArray[np.float32], row: SurfaceRow, columns: tuple[float, float]) -> tuple[float, float]:
-    """How far above and below a surface its dark band reaches between two columns, px.
-
-    ``level`` is the empty scene. A band is uneven, and the blur of the camera widens it: the reach is where the ground
-    is clear in nearly all of the columns, at most the thickness and a few pixels.
-    """
-    half, most = 0.5 * row.thickness_px, row.thickness_px + BLUR_PX
-    first, last = max(0, round(columns[0])), min(level.shape[1], round(columns[1]) + 1)
-    middle = round(row.y_px)
-    if last - first < LEAST_COLUMNS or not most < middle < level.shape[0] - most - 1:
-        return half + 1.0, half + 1.0
-    # what lies farther than these from the band and the columns does not tell on them
-    upper, left = max(0, middle - math.ceil(most) - 2 * WIDEST_BAND), max(0, first - 2 * SMOOTHED_PX)
-    lower, right = middle + math.ceil(most) + 2 * WIDEST_BAND + 1, last + 2 * SMOOTHED_PX
-    dip = _dip(level[upper:lower, left:right])[:, first - left : last - left]
-    reach = []
-    for step in (-1, 1):
-        lines = (dip > CLEAR)[middle - upper + step * np.arange(math.ceil(most) + 1)]
-        clear = np.where((~lines).any(axis=0), np.argmin(lines, axis=0), len(lines))
-        reach.append(min(most, max(half + 1.0, float(np.quantile(clear, NEARLY_ALL)))))
-    return reach[0], reach[1]
-
-
 def _limits(rows: tuple[float, float] | None, height: int) -> tuple[int, int]:
     if rows is None:
         return EDGE_ROWS, height - EDGE_ROWS
     return max(EDGE_ROWS, int(rows[0])), max(min(height - EDGE_ROWS, int(rows[1]) + 1), EDGE_ROWS + 1)
 
 
-def _dip(level: NDArray[np.float32]) -> NDArray[np.float32]:
-    """How much darker each pixel is than what lies above and below it within the widest band."""
-    smooth = cv2.blur(level, (SMOOTHED_PX, 1))
+def depth_of_dips(level: NDArray[np.float32], thinned: int = 1) -> NDArray[np.float32]:
+    """How much darker each pixel is than what lies above and below it within ``WIDEST_BAND``, as a share of that.
+
+    ``level`` is (rows, columns), looked at through a window of ``SMOOTHED_PX`` each way; the result has one of every
+    ``thinned`` columns.
+    """
+    rows, columns = level.shape[0], level.shape[1] // thinned
+    if thinned > 1:
+        level = cv2.resize(level[:, : thinned * columns], (columns, rows), interpolation=cv2.INTER_AREA)
+    across = SMOOTHED_PX // thinned
+    smooth = cv2.blur(level, (across, 1))
     kernel = np.ones((WIDEST_BAND, 1), np.uint8)
     closed = cv2.morphologyEx(smooth, cv2.MORPH_CLOSE, kernel)
-    closed = cv2.blur(closed, (SMOOTHED_PX, SMOOTHED_PX))
+    closed = cv2.blur(closed, (across, SMOOTHED_PX))
     ratio = np.divide(smooth, np.maximum(closed, 1e-3, out=closed), out=closed)
     return np.asarray(np.subtract(1.0, ratio, out=ratio), np.float32)
 
@@ -225,22 +210,25 @@ def _extent(profile: NDArray[np.float32], peak: int, bound: float) -> tuple[int,
     return first, last
 
 
+@compiled
 def _centre(profile: NDArray[np.float32], first: int, last: int) -> float:
     """Centre of gravity of a dip, over a window placed symmetrically about it; base line through the rows beside."""
     centre, half = 0.5 * (first + last), 0.5 * (last - first) + 3.0
     for _ in range(3):
         if not 0.0 <= centre < profile.size:
             return math.nan
-        rows = np.arange(max(0, math.ceil(centre - half)), min(profile.size, math.floor(centre + half) + 1))
-        if rows[0] < 1 or rows[-1] > profile.size - 2:
+        start, stop = max(0, math.ceil(centre - half)), min(profile.size, math.floor(centre + half) + 1)
+        if start < 1 or stop > profile.size - 1 or stop - start < 3:
             return math.nan
-        low, high = max(0, rows[0] - 4), min(profile.size, rows[-1] + 5)
-        above, below = float(np.mean(profile[low : rows[0]])), float(np.mean(profile[rows[-1] + 1 : high]))
-        base = np.linspace(above, below, rows.size)
-        weight = profile[rows].astype(np.float64) - base
-        if rows.size < 3 or weight.sum() <= 0:
+        above, below = np.mean(profile[max(0, start - 4) : start]), np.mean(profile[stop : stop + 4])
+        total = moment = 0.0
+        for row in range(start, stop):
+            weight = profile[row] - (above + (below - above) * (row - start) / (stop - 1 - start))
+            total += weight
+            moment += weight * row
+        if total <= 0.0:
             return math.nan
-        centre = float(np.sum(weight * rows) / weight.sum())
+        centre = moment / total
     return centre
 
 

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.imaging.background import Background
-from wentry_cli.imaging.free_surface import NO_SURFACE, SurfaceRow, clear_of_band, find_surfaces
+from wentry_cli.imaging.free_surface import NO_SURFACE, SurfaceRow, find_surfaces
 from wentry_cli.imaging.plate import find_plate
+from wentry_cli.imaging.surface_band import clear_of_band
 from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.stages.track.exposure import exposure_frames
 from wentry_cli.tracking.prediction import Path
