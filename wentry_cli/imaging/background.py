@@ -75,7 +75,7 @@ def build_background(
     if polarity == "bright":
         return _bright_background(samples, np.asarray(full_scale - level, np.float32), full_scale)
     clipped = level >= 0.995 * full_scale
-    ceiling = 0.995 if np.mean(clipped) > 0.01 else float("inf")
+    ceiling = 0.995 if np.count_nonzero(clipped) > 0.01 * clipped.size else float("inf")
     return Background(level, _gain(level), noise, ceiling, full_scale, 0.0)
 
 
@@ -156,35 +156,36 @@ def _bright_background(samples: NDArray[Any], level: NDArray[np.float32], full_s
 
 
 @compiled
-def _transmission(
-    raw: NDArray[Any],
-    corner: tuple[int, int],
-    scene: tuple[NDArray[np.float32], NDArray[np.float32]],
-    bright: bool,
-    out: NDArray[np.float32],
-) -> None:
-    level, gain = scene
-    x0, y0 = corner
+def _scaled(raw: NDArray[Any], x0: int, y0: int, gain: NDArray[np.float32], out: NDArray[np.float32]) -> None:
     columns = raw.shape[1]
     for row in range(raw.shape[0]):
         # whole rows of contiguous arrays, which the compiler turns into vector instructions
         source, target = raw[row, :], out[row, :]
         factor = gain[y0 + row, x0 : x0 + columns]
-        if bright:
-            ground = level[y0 + row, x0 : x0 + columns]
-            for column in range(columns):
-                step = np.float32(1.0) + (np.float32(source[column]) - ground[column]) * factor[column]
-                target[column] = max(step, np.float32(-0.25))
-        else:
-            for column in range(columns):
-                target[column] = np.float32(source[column]) * factor[column]
+        for column in range(columns):
+            target[column] = np.float32(source[column]) * factor[column]
+
+
+@compiled
+def _of_bright(
+    raw: NDArray[Any], x0: int, y0: int, level: NDArray[np.float32], contrast: float, out: NDArray[np.float32]
+) -> None:
+    columns, factor = raw.shape[1], np.float32(-1.0 / max(contrast, 1.0))
+    for row in range(raw.shape[0]):
+        source, target = raw[row, :], out[row, :]
+        ground = level[y0 + row, x0 : x0 + columns]
+        for column in range(columns):
+            step = np.float32(1.0) + (np.float32(source[column]) - ground[column]) * factor
+            target[column] = max(step, np.float32(-0.25))
 
 
 def cut_patch(raw: NDArray[Any], x0: int, y0: int, background: Background) -> Patch:
     """Turn the raw grey levels of a region whose first pixel is column ``x0``, row ``y0`` into a patch."""
     values = np.empty(raw.shape, np.float32)
-    scene = (background.level, background.gain)
-    _transmission(np.ascontiguousarray(raw), (x0, y0), scene, background.contrast > 0, values)
+    if background.contrast > 0:
+        _of_bright(np.ascontiguousarray(raw), x0, y0, background.level, background.contrast, values)
+    else:
+        _scaled(np.ascontiguousarray(raw), x0, y0, background.gain, values)
     return Patch(values, x0, y0, background.noise, background.ceiling)
 
 

@@ -14,6 +14,7 @@ from wentry_cli.imaging.order_statistics import rank_and_next
 # The mean of this share of the smallest absolute values of a normal distribution, over its standard deviation.
 LOWER_SHARE, LOWER_MEAN = 0.8, 0.5586
 BLOCK_PX, LEAST_SHADE = 4, 0.004
+OVERLAP = 3  # blocks each way of which the means are: every third of them tells all there is
 LEAST_FLICKER, MOST_FLICKER = 0.003, 0.3  # of the usual light
 ALIKE, MOST_ALIKE = 0.01, 0.4
 
@@ -53,7 +54,7 @@ def _coarse(samples: NDArray[Any]) -> NDArray[np.float32]:
     rows, columns = samples.shape[1:]
     coarse = np.empty((len(samples), -(-rows // BLOCK_PX), -(-columns // BLOCK_PX)), np.float32)
     for index, sample in enumerate(samples):
-        coarse[index] = cv2.blur(block_means(sample), (3, 3))
+        coarse[index] = cv2.blur(block_means(sample), (OVERLAP, OVERLAP))
     return coarse
 
 
@@ -245,9 +246,9 @@ def clean_level(samples: NDArray[Any], noise: float) -> NDArray[np.float32]:
     """
     level = np.empty(samples.shape[1:], np.float32)
     coarse = _coarse(samples)
-    light = flicker(coarse)
+    light = flicker(np.ascontiguousarray(coarse[:, ::OVERLAP, ::OVERLAP]))
     lit = np.empty_like(coarse)
-    shade = max(4.5 * noise / (3.0 * BLOCK_PX), LEAST_SHADE)
+    shade = max(4.5 * noise / (OVERLAP * BLOCK_PX), LEAST_SHADE)
     _unshaded(coarse, light, np.float32(1.0 - shade), lit)
     _clean_mean(samples, np.float32(1.0) / light, lit, max(4.5 * noise, 0.02), level)
     return level

@@ -13,6 +13,7 @@ from wentry_cli.imaging.ground import BLOCK_PX, block_means, fill_holes
 COVERED = 0.05  # of the bright ground: what is darker than the level by that in the first frame shows something else
 CORE, FADING = 0.95, 0.98  # of the ground around: a patch that is darker somewhere, and how far it reaches
 EDGE_BLOCKS, ACROSS = 2, 0.7
+SOME = 3  # every third block each way tells how bright the ground is
 
 
 def false_ground(level: NDArray[np.float32], first: NDArray[Any]) -> NDArray[np.bool_]:
@@ -26,9 +27,10 @@ def false_ground(level: NDArray[np.float32], first: NDArray[Any]) -> NDArray[np.
     """
     rows, columns = level.shape
     known, begun = block_means(level), block_means(first)
-    if not np.isfinite(known).any():
+    some, then = known[::SOME, ::SOME], begun[::SOME, ::SOME]
+    if not np.isfinite(some).any():
         return np.zeros(level.shape, bool)
-    ground, light = float(np.nanpercentile(known, 80)), float(np.nanmedian(begun / known))
+    ground, light = float(np.nanpercentile(some, 80)), float(np.nanmedian(then / some))
     covered = begun < light * known - COVERED * ground
     covered[np.mean(covered, axis=1) > ACROSS] = False
     if not covered.any() or covered.all():
@@ -37,5 +39,7 @@ def false_ground(level: NDArray[np.float32], first: NDArray[Any]) -> NDArray[np.
     fading = covered & (known < FADING * around)
     _, label = cv2.connectedComponents(fading.astype(np.uint8))
     cores = np.unique(label[fading & (known < CORE * around)])
+    if not cores.any():
+        return np.zeros(level.shape, bool)
     wide = cv2.dilate(np.isin(label, cores[cores > 0]).astype(np.uint8), np.ones((2 * EDGE_BLOCKS + 1,) * 2, np.uint8))
     return np.repeat(np.repeat((wide > 0) & covered, BLOCK_PX, 0), BLOCK_PX, 1)[:rows, :columns]
