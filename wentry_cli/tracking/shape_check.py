@@ -113,17 +113,14 @@ def check_shape(
     With a departure in the ``shape`` what it leaves unexplained is compared, and what it explains is doubted by a
     share; what of the shape is not clear is doubted whole.
     """
-    departure = shape.waves
-    lines = [item.line for item in wet if item.ok and item.free_fit is not None and math.isfinite(item.line)]
+    departure, line = shape.waves, _usual_line(wet)
     whole = [item for item in dry if item.ok and item.whole]
-    if not lines:
+    if math.isnan(line):
         return NO_CHECK
     if len(whole) < FEWEST_FRAMES:
         radius_px = next((item.fit.radius_px for item in dry if item.ok and item.fit is not None), 0.0)
         return _by_the_waves(shape if whole else Shape(doubt=math.hypot(shape.doubt, UNSEEN)), radius_px)
-    chosen = [whole[round(index)] for index in np.linspace(0, len(whole) - 1, min(len(whole), MOST_FRAMES))]
-    line = float(np.median(lines))
-    spheres = [sphere for item in chosen if (sphere := _read_sphere(frames, ground, item, level)) is not None]
+    spheres = _read_spheres(frames, ground, whole, level)
     seen, error = _significant([sphere.compare(line, departure) for sphere in spheres])
     short, _ = _significant([sphere.held_stretch(SHORT_LINE, departure) for sphere in spheres])
     doubt = math.hypot(float(error[0]), LEFT_OVER * float(seen[0])) if seen[0] else 0.0
@@ -149,6 +146,30 @@ def check_shape(
         bottom_offset_px=math.hypot(left.bottom_offset_px, carried * float(explained[2])),
         short_offset=math.hypot(left.short_offset, carried * float(short[1]), meaning),
     )
+
+
+def radius_ratio(
+    frames: Frames,
+    ground: Background,
+    dry: Sequence[Sighting],
+    wet: Sequence[Sighting],
+    level: str,
+    *,
+    departure: Departure = NONE,
+) -> float:
+    """The ``radius_ratio`` of ``check_shape`` alone, for which a sphere is fitted once and not thrice."""
+    line = _usual_line(wet)
+    whole = [item for item in dry if item.ok and item.whole]
+    if math.isnan(line) or len(whole) < FEWEST_FRAMES:
+        return 1.0
+    spheres = _read_spheres(frames, ground, whole, level)
+    return 1.0 + float(_significant([sphere.free_radius(line, departure) for sphere in spheres])[0][0])
+
+
+def _usual_line(wet: Sequence[Sighting]) -> float:
+    """The row, from the centre down in semi-axes, from which on the fits with free radius saw the outline; or NaN."""
+    lines = [item.line for item in wet if item.ok and item.free_fit is not None and math.isfinite(item.line)]
+    return float(np.median(lines)) if lines else math.nan
 
 
 def _by_the_waves(shape: Shape, radius_px: float) -> ShapeCheck:
@@ -208,18 +229,24 @@ class Partial:
         held = self._fit(line, NONE)
         return held.fit.residual_rms_px if held.ok and held.fit is not None else math.nan
 
+    def free_radius(self, line: float, departure: Departure) -> Row | None:
+        """Error of the radius (relative) where it is free, as the start of a row."""
+        free = self._fit(line, departure, free="x y R stretch")
+        if not free.ok or free.fit is None:
+            return None
+        radius = self.shape.radius
+        return free.fit.radius_px / radius - 1.0, 0.0, 0.0, free.fit.radius_unc_px / radius, 0.0, 0.0
+
     def compare(self, line: float, departure: Departure) -> Row | None:
         """Errors of radius (relative, free), of stretch and of the lowest row (px; radius held)."""
-        free, held = self._fit(line, departure, free="x y R stretch"), self._fit(line, departure, bottom=True)
-        if free.fit is None or held.fit is None or not (free.ok and held.ok):
+        free, held = self.free_radius(line, departure), self._fit(line, departure, bottom=True)
+        if free is None or held.fit is None or not held.ok:
             return None
         local = held.bottom
         seen = local is not None and local.status == "ok"
         bottom = held.outline[1] - local.y_px if seen and local is not None else 0.0
         bottom_unc = math.hypot(held.fit.bottom_y_unc_px, local.y_unc_px) if seen and local is not None else 0.0
-        radius = self.shape.radius
-        values = free.fit.radius_px / radius - 1.0, held.fit.stretch - 1.0, bottom
-        return *values, free.fit.radius_unc_px / radius, held.fit.stretch_unc, bottom_unc
+        return free[0], held.fit.stretch - 1.0, bottom, free[3], held.fit.stretch_unc, bottom_unc
 
     def _fit(self, line: float, departure: Departure, *, free: str = "x y stretch", bottom: bool = False) -> Sighting:
         top = self.shape.y + line * self.shape.radius
@@ -229,6 +256,12 @@ class Partial:
 
 def _box(shape: EllipseShape) -> tuple[float, float, float, float]:
     return box_around(shape, margin_of(shape.radius))
+
+
+def _read_spheres(frames: Frames, ground: Background, whole: Sequence[Sighting], level: str) -> list[Partial]:
+    """The spheres of some of the sightings in air."""
+    chosen = [whole[round(index)] for index in np.linspace(0, len(whole) - 1, min(len(whole), MOST_FRAMES))]
+    return [sphere for item in chosen if (sphere := _read_sphere(frames, ground, item, level)) is not None]
 
 
 def _read_sphere(frames: Frames, ground: Background, item: Sighting, level: str) -> Partial | None:

@@ -115,7 +115,7 @@ class WetPlan:
         free = "x y" + (" R" if piloting else "") + (" stretch" if self.scene.deformable else "")
         if piloting and self.scene.deformable and abs(guess.stretch - 1.0) > LEAST_OBLATE:
             free += " tilt"
-        box = box_around(guess, margin_of(guess.radius))
+        box = box_around(guess, margin_of(guess.radius), above=1.0)
         top = self.top_row(guess)
         exposure = self.scene.exposure_frames
         return Look(
@@ -124,6 +124,7 @@ class WetPlan:
             top,
             (velocity[0] * exposure, velocity[1] * exposure),
             self.scene.level,
+            bottom=not piloting,  # a pilot is measured again with the radius that it tells
             separation=True,
             also_free=self.again and self.known and index % FREE_EVERY == 0,
             tilt_deg=self.tilt.value,

@@ -17,7 +17,7 @@ from wentry_cli.tracking.mirror import Mirror, stands_out
 from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius
 from wentry_cli.tracking.second_look import look_again
-from wentry_cli.tracking.shape_check import NO_CHECK, ShapeCheck, check_shape, corrected_radius
+from wentry_cli.tracking.shape_check import NO_CHECK, ShapeCheck, check_shape, corrected_radius, radius_ratio
 from wentry_cli.tracking.sighting import Sighting
 from wentry_cli.tracking.source import Frames
 from wentry_cli.tracking.wet_plan import SideScene, WetPlan
@@ -63,9 +63,9 @@ class WetTracker:
         def learn(sighting: Sighting) -> None:
             self.plan.learn(sighting)
             if not self.plan.known and len(self.plan.pilot) >= PILOT_FRAMES:
-                pooled = self._radius(self.plan.pilot)
-                self.plan.known = pooled.known
-                path.radius = pooled.value if pooled.known else path.radius
+                value = self._first_radius()
+                self.plan.known = math.isfinite(value)
+                path.radius = value if self.plan.known else path.radius
 
         start = replace(path)
         seen = self._follow(path, order, self._watch(path, learn))
@@ -125,6 +125,15 @@ class WetTracker:
         since, watched = sighting.frame - frame, frame - self.good[0][0]
         falls = (self.speed + 0.5 * self.gain * watched) * since + 0.5 * self.gain * since**2
         return sighting.fit.center_y_px < last.center_y_px + 1.1 * falls + 3.0
+
+    def _first_radius(self) -> float:
+        """The radius that the pilots tell, to go on with; NaN where they do not."""
+        pilot, level = self.plan.pilot, self.scene.level
+        pooled = pool_sightings(without_unconfirmed(pilot), wet=True)
+        if not (pooled.known and self.scene.deformable):
+            return pooled.value
+        waves = self.shape.waves
+        return pooled.value / radius_ratio(self.frames, self.ground, self.dry, pilot, level, departure=waves)
 
     def _radius(self, seen: list[Sighting]) -> PooledRadius:
         pooled = pool_sightings(without_unconfirmed(seen), wet=True)
