@@ -6,8 +6,9 @@ import pytest
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.imaging.patch import Patch
 from wentry_cli.synthetic.still import StillBody, StillLight, draw_still
+from wentry_cli.tracking.held_radius import radius_slope, with_radius
 from wentry_cli.tracking.scale import PooledRadius
-from wentry_cli.tracking.sighting import FURTHER_PX, Look, Sighting, examine, radius_slope, with_radius
+from wentry_cli.tracking.sighting import FURTHER_PX, Look, Sighting, examine
 from wentry_cli.tracking.wet_radius import constrain, pool_sightings
 
 BODY = StillBody(80.3, 90.7, 40.0, stretch=1.15, separation_y_px=86.0)

@@ -128,19 +128,18 @@ def coarse_transmission(frame: NDArray[Any], background: Background) -> tuple[ND
 def _gain(level: NDArray[np.float32]) -> NDArray[np.float32]:
     """What turns a grey level into transmission, NaN where a pixel is hot or the scene too dark to divide by."""
     dark = np.float32(DARKEST_GROUND * float(np.percentile(level[::4, ::4], 90)))
-    gain = np.empty_like(level)
-    _invert(level, np.asarray(cv2.medianBlur(level, 3), np.float32), dark, gain)
+    gain = np.asarray(cv2.medianBlur(level, 3), np.float32)
+    _invert(level, dark, gain)
     return gain
 
 
 @compiled
-def _invert(
-    level: NDArray[np.float32], smooth: NDArray[np.float32], dark: np.float32, gain: NDArray[np.float32]
-) -> None:
+def _invert(level: NDArray[np.float32], dark: np.float32, gain: NDArray[np.float32]) -> None:
+    """Fill in the gain, which holds the level usual around each pixel."""
     for row in range(level.shape[0]):
-        source, around, target = level[row, :], smooth[row, :], gain[row, :]
+        source, target = level[row, :], gain[row, :]
         for column in range(source.size):
-            value, usual = source[column], around[column]
+            value, usual = source[column], target[column]
             usable = value > dark and not abs(value - usual) > np.float32(HOT_PIXEL) * usual
             target[column] = np.float32(1.0) / value if usable else np.float32(np.nan)
 

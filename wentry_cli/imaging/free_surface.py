@@ -191,7 +191,8 @@ def depth_of_dips(level: NDArray[np.float32], thinned: int = 1) -> NDArray[np.fl
     """
     rows, columns = level.shape[0], level.shape[1] // thinned
     if thinned > 1:
-        level = cv2.resize(level[:, : thinned * columns], (columns, rows), interpolation=cv2.INTER_AREA)
+        means = cv2.resize(level[:, : thinned * columns], (columns, rows), interpolation=cv2.INTER_AREA)
+        level = np.asarray(means, np.float32)
     across = SMOOTHED_PX // thinned
     smooth = cv2.blur(level, (across, 1))
     kernel = np.ones((WIDEST_BAND, 1), np.uint8)

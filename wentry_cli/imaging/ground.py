@@ -154,13 +154,11 @@ def _brightness(
 
 
 @compiled
-def _unshaded(
-    coarse: NDArray[np.float32], light: NDArray[np.float32], share: np.float32, lit: NDArray[np.float32]
-) -> None:
-    """Fill ``lit`` (samples, blocks down and across) with 0 where a sample is darker than ``share`` of the brightest.
+def _unshaded(coarse: NDArray[np.float32], light: NDArray[np.float32], share: np.float32) -> None:
+    """Turn ``coarse`` (samples, blocks down and across) into 1, and 0 where darker than ``share`` of the brightest.
 
-    There it shows spray or the rim of a shadow, which no single pixel tells from noise. The third brightest counts, or
-    the brightest of fewer than three.
+    There a sample shows spray or the rim of a shadow, which no single pixel tells from noise. The third brightest
+    counts, or the brightest of fewer than three.
     """
     count, columns = coarse.shape[0], coarse.shape[2]
     even = np.empty((count, columns), np.float32)
@@ -173,7 +171,7 @@ def _unshaded(
         ordered = even.copy()
         _largest_last(ordered, count - chosen)
         for index in range(count):
-            level, bright, target = even[index, :], ordered[chosen, :], lit[index, row, :]
+            level, bright, target = even[index, :], ordered[chosen, :], coarse[index, row, :]
             for column in range(columns):
                 target[column] = np.float32(0.0) if level[column] < share * bright[column] else np.float32(1.0)
 
@@ -247,10 +245,9 @@ def clean_level(samples: NDArray[Any], noise: float) -> NDArray[np.float32]:
     level = np.empty(samples.shape[1:], np.float32)
     coarse = _coarse(samples)
     light = flicker(np.ascontiguousarray(coarse[:, ::OVERLAP, ::OVERLAP]))
-    lit = np.empty_like(coarse)
     shade = max(4.5 * noise / (OVERLAP * BLOCK_PX), LEAST_SHADE)
-    _unshaded(coarse, light, np.float32(1.0 - shade), lit)
-    _clean_mean(samples, np.float32(1.0) / light, lit, max(4.5 * noise, 0.02), level)
+    _unshaded(coarse, light, np.float32(1.0 - shade))
+    _clean_mean(samples, np.float32(1.0) / light, coarse, max(4.5 * noise, 0.02), level)
     return level
 
 

@@ -38,9 +38,11 @@ class Path:
 
     def add(self, frame: int, shape: EllipseShape) -> None:
         """Remember the shape of one frame, the newest three are kept."""
-        others = [index for index, at in enumerate(self.frames) if at != frame][-2:]
-        self.frames = [*(self.frames[index] for index in others), frame]
-        self.shapes = [*(self.shapes[index] for index in others), shape]
+        frames, shapes = self.frames, self.shapes
+        if frame in frames:
+            again = frames.index(frame)
+            frames, shapes = frames[:again] + frames[again + 1 :], shapes[:again] + shapes[again + 1 :]
+        self.frames, self.shapes = [*frames[-2:], frame], [*shapes[-2:], shape]
 
     def turned(self) -> Path:
         """The same path, to be followed in the other direction."""

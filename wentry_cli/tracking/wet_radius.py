@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.contours.ellipse import SilhouetteFit
+from wentry_cli.tracking.held_radius import radius_slope, with_radius
 from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius, pool_radius
-from wentry_cli.tracking.sighting import Sighting, radius_slope, with_radius
+from wentry_cli.tracking.sighting import Sighting
 
 SMALLEST_ARC = 0.30
 LARGEST_GATE, HALF_HIDDEN, FEW_TELL = 0.35, 0.5, 4
