@@ -25,10 +25,10 @@ def margin_of(radius: float) -> float:
 def leaves_frame(shape: EllipseShape, frame_shape: tuple[int, int]) -> bool:
     """Whether more than half of a shape lies outside the frame in either direction."""
     rows, columns = frame_shape
-    along, across = 2.0 * shape.semi_along, 2.0 * shape.semi_across
-    down = min(shape.y + shape.semi_along, rows) - max(shape.y - shape.semi_along, 0.0)
-    right = min(shape.x + shape.semi_across, columns) - max(shape.x - shape.semi_across, 0.0)
-    return down < VISIBLE_SHARE * along or right < VISIBLE_SHARE * across
+    along, across = shape.semi_along, shape.semi_across
+    down = min(shape.y + along, rows) - max(shape.y - along, 0.0)
+    right = min(shape.x + across, columns) - max(shape.x - across, 0.0)
+    return down < VISIBLE_SHARE * 2.0 * along or right < VISIBLE_SHARE * 2.0 * across
 
 
 def air_plan(
