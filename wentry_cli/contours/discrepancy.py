@@ -91,15 +91,13 @@ def wave(rows: Floats, number: int, sine: bool) -> Floats:
 @compiled
 def add_discrepancy(
     covariance: Floats, factor: Floats, pull: Floats, rows: Floats, weight: Floats, free: Ints, excess: float
-) -> float:
-    """Widen ``covariance`` of the free parameters in place; returns the variance of the waves (px^2), 0 where none.
+) -> None:
+    """Widen ``covariance`` of the free parameters in place.
 
     ``factor`` is the Cholesky factor of the normal matrix, ``pull`` the right-hand side per pixel of displacement of
     each sector, ``weight`` what each counts, and ``excess`` the variance that is not noise (px^2).
     """
     size = free.size
-    if excess == 0.0:
-        return 0.0
     steps = np.zeros((2 * len(WAVES), factor.shape[0]))
     remaining = 0.0
     for index in range(2 * len(WAVES)):
@@ -121,4 +119,3 @@ def add_discrepancy(
         for i in range(size):
             for j in range(size):
                 covariance[i, j] += variance * steps[index, i] * steps[index, j]
-    return variance
