@@ -32,6 +32,7 @@ from wentry_cli.contours.refine import (
     solve_band,
 )
 from wentry_cli.contours.sectors import LEAST_PIXELS, WEIGHT
+from wentry_cli.imaging.order_statistics import median_of
 
 Floats = NDArray[np.float64]
 
@@ -115,14 +116,15 @@ def cap_of(band: Band) -> Cap:
 
 @compiled
 def share_seen(starts: NDArray[np.int64], place: Floats) -> float:
-    """Share of the sectors of the cap that hold most of the pixels that the fullest of them holds."""
-    fullest, full, total = 0, 0, 0
-    for k in range(place.size):
-        fullest = max(fullest, starts[k + 1] - starts[k])
+    """Share of the sectors of the cap that hold most of the pixels that one usually holds."""
+    counts, total, full = np.empty(place.size), 0, 0
     for k in range(place.size):
         if not math.isnan(place[k]):
+            counts[total] = starts[k + 1] - starts[k]
             total += 1
-            full += 1 if starts[k + 1] - starts[k] > LEAST_SEEN * fullest else 0
+    usual = median_of(counts, total)
+    for k in range(total):
+        full += 1 if counts[k] > LEAST_SEEN * usual else 0
     return full / max(1, total)
 
 

@@ -17,6 +17,7 @@ from wentry_cli.contours.likelihood import (
     STATE,
     SUMS,
     accumulate,
+    expect,
     first_levels,
 )
 from wentry_cli.contours.normal_equations import factorise, invert_block, substitute
@@ -192,8 +193,8 @@ def cleaned_of(values: NDArray[np.float32], band: Band, moved: Floats, belief: B
     state = np.zeros((band.rows.shape[0], STATE))
     set_state(state, band.rows, moved, belief.nuisance, band.scene)
     tolerance = max(TOLERANCE_PX, TOLERANCE_OF_R * band.scene[2])
-    variances = (belief.noise, belief.spread, tolerance**2)
-    return without_spoilt(values, band.pixels, band.starts, band.places, state, variances)
+    room = expect(band.pixels, band.starts, state, belief.noise, band.settings[3])
+    return without_spoilt(values, room, band.starts, band.places, state, (belief.spread, tolerance**2))
 
 
 @compiled
