@@ -44,7 +44,7 @@ from wentry_cli.contours.turning import no_turn, pixel_turn, wants_tilt
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-SECTOR_PX = 3.0
+SECTOR_PX = 4.0
 SECTOR_ANGLE = math.radians(40.0)
 # The band of the edge ends where its blur does, so many standard deviations away.
 REACH_SIGMA, LEAST_BLUR, WIDER = 4.2, 1.0, 1.25
