@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.contours.arc import ANGLE, DEPARTURE, J, farthest, semi_axes
+from wentry_cli.contours.arc import ANGLE, DEPARTURE, LENGTH, J, farthest, semi_axes
 from wentry_cli.contours.discrepancy import residual_statistics
 from wentry_cli.contours.likelihood import COUNT, first_levels
 from wentry_cli.contours.normal_equations import invert_block
@@ -32,7 +32,6 @@ from wentry_cli.contours.refine import (
     solve_band,
 )
 from wentry_cli.contours.sectors import LEAST_PIXELS, WEIGHT
-from wentry_cli.imaging.order_statistics import median_of
 
 Floats = NDArray[np.float64]
 
@@ -110,21 +109,19 @@ def cap_of(band: Band) -> Cap:
             pixels[0, starts[n] + m] = band.pixels[0, first + m]
             pixels[1, starts[n] + m] = band.pixels[1, first + m]
             sources[starts[n] + m] = band.places[first + m]
-    only = Band(band.shape, pixels, starts, sources, plateaus, rows, band.scene, band.settings)
+    only = Band(band.shape, pixels, starts, sources, plateaus, rows, band.scene, band.settings, band.width)
     return Cap(only, places, lowest, depth)
 
 
 @compiled
-def share_seen(starts: NDArray[np.int64], place: Floats) -> float:
-    """Share of the sectors of the cap that hold most of the pixels that one usually holds."""
-    counts, total, full = np.empty(place.size), 0, 0
-    for k in range(place.size):
-        if not math.isnan(place[k]):
-            counts[total] = starts[k + 1] - starts[k]
+def share_seen(cap: Cap) -> float:
+    """Share of the sectors of the cap that hold most of the pixels that there should be."""
+    total, full, starts = 0, 0, cap.band.starts
+    for k in range(cap.place.size):
+        if not math.isnan(cap.place[k]):
             total += 1
-    usual = median_of(counts, total)
-    for k in range(total):
-        full += 1 if counts[k] > LEAST_SEEN * usual else 0
+            number = starts[k + 1] - starts[k]
+            full += 1 if number > LEAST_SEEN * cap.band.rows[k, LENGTH] * cap.band.width else 0
     return full / max(1, total)
 
 
@@ -199,7 +196,7 @@ def bottom_within(band: Band, belief: Belief) -> Floats:
     elsewhere = np.full(FOUND_ENTRIES, math.nan)
     elsewhere[HOW] = ELSEWHERE
     cap = cap_of(band)
-    if share_seen(cap.band.starts, cap.place) < 1.0:
+    if share_seen(cap) < 1.0:
         return elsewhere
     own = copied(belief)
     constrain(own, band.shape[2])
@@ -240,7 +237,7 @@ def refine_bottom(values: NDArray[np.float32], shape: Floats, settings: Floats, 
     light = 1.0 if masked else math.nan
     cap = cap_of(gather_band(part, there, settings, reach, light))
     low, high = first_levels(cap.band.pixels, cap.band.starts)
-    if share_seen(cap.band.starts, cap.place) < LEAST_SEEN or math.isnan(low):
+    if share_seen(cap) < LEAST_SEEN or math.isnan(low):
         nothing = np.full(FOUND_ENTRIES, math.nan)
         nothing[HOW] = OUT_OF_FRAME
         return nothing

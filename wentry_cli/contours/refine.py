@@ -63,8 +63,8 @@ class Band(NamedTuple):
     """Pixels about the outline ``shape``, sector by sector, where each sector starts, and what the scene is like.
 
     ``places`` says where in the patch, read line by line, a pixel is. ``plateaus`` are the moments of what lies beyond
-    them (see `plateau`). ``scene`` holds centre (x, y), radius and motion (x, y); ``settings`` the top row, the motion
-    (x, y), the ceiling and 1 where outliers lie outside only.
+    them (see `plateau`), ``width`` is that of the band, px. ``scene`` holds centre (x, y), radius and motion (x, y);
+    ``settings`` the top row, the motion (x, y), the ceiling and 1 where outliers lie outside only.
     """
 
     shape: Floats
@@ -75,6 +75,7 @@ class Band(NamedTuple):
     rows: Floats
     scene: Floats
     settings: Floats
+    width: float
 
 
 @compiled
@@ -137,7 +138,7 @@ def gather_band(values: NDArray[np.float32], shape: Floats, settings: Floats, re
     deep = 0.0 if clipped else min(limits[0] + PLATEAU_PX, 0.5 * min(a, b))
     plateaus = sum_plateaus(values, rows, starts, (limits[0], deep), (limits[1], far), settings[0])
     scene = np.array([shape[0], shape[1], shape[2], settings[1], settings[2]])
-    return Band(shape.copy(), pixels, starts, places, plateaus, rows, scene, settings)
+    return Band(shape.copy(), pixels, starts, places, plateaus, rows, scene, settings, limits[0] + limits[1])
 
 
 @compiled
