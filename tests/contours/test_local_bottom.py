@@ -59,7 +59,7 @@ def test_the_pixels_of_the_outline_tell_the_bottom_as_well_as_its_own():
 
 
 def test_a_cap_that_the_outline_does_not_hold_is_measured_by_itself():
-    s = draw(7, visible=0.15)
+    s = draw(7, visible=0.2)
     fit, bottom = fit_with_bottom(s.patch, s.shape, request(s))
     assert bottom == fit_local_bottom(s.patch, fit)
     assert bottom.status == "ok"
