@@ -7,9 +7,14 @@ import numpy as np
 import pytest
 
 from tests.contours.scenes import draw, nudged
+from wentry_cli.contours.fitting import FitRequest, fit_with_bottom
 from wentry_cli.contours.local_bottom import fit_local_bottom
 from wentry_cli.contours.silhouette import fit_silhouette
 from wentry_cli.imaging.patch import Patch
+
+
+def request(s):
+    return FitRequest(("x", "y", "stretch"), s.top_y)
 
 
 def bottoms(frames=30, **scene):
@@ -39,6 +44,31 @@ def test_a_misfit_moves_the_ellipse_but_not_the_cap(misfit):
     error, pull = bottoms(frames=10, body={"misfit": misfit})
     assert np.max(np.abs(error)) < 0.02
     assert np.max(np.abs(pull)) < 4.0
+
+
+def test_the_pixels_of_the_outline_tell_the_bottom_as_well_as_its_own():
+    for seed in range(6):
+        s = draw(seed)
+        fit, bottom = fit_with_bottom(s.patch, nudged(s.shape, 1.0, seed), request(s))
+        own = fit_local_bottom(s.patch, fit)
+        assert bottom.status == own.status == "ok"
+        assert bottom != own
+        assert abs(bottom.y_px - own.y_px) < 0.3 * own.y_unc_px
+        assert bottom.y_unc_px == pytest.approx(own.y_unc_px, rel=0.15)
+        assert abs(bottom.y_px - s.bottom_y) < 4.0 * bottom.y_unc_px
+
+
+def test_a_cap_that_the_outline_does_not_hold_is_measured_by_itself():
+    s = draw(7, visible=0.2)
+    fit, bottom = fit_with_bottom(s.patch, s.shape, request(s))
+    assert bottom == fit_local_bottom(s.patch, fit)
+    assert bottom.status == "ok"
+    values = s.patch.values.copy()
+    middle = int(s.shape.x - s.patch.x0)
+    values[-25:, middle - 8 : middle + 8] = 0.3
+    spoilt = replace(s.patch, values=values)
+    fit, bottom = fit_with_bottom(spoilt, s.shape, request(s))
+    assert bottom == fit_local_bottom(spoilt, fit)
 
 
 def test_the_column_is_that_of_the_lowest_point_of_a_tilted_ellipse():

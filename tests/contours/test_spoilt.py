@@ -4,7 +4,7 @@ import numpy as np
 
 from tests.contours.scenes import draw, nudged
 from tests.contours.test_silhouette import bound
-from wentry_cli.contours.likelihood import INSIDE, INV_S, OUTSIDE, STATE
+from wentry_cli.contours.likelihood import INSIDE, INV_S, OUTSIDE, STATE, expect
 from wentry_cli.contours.silhouette import fit_silhouette
 from wentry_cli.contours.spoilt import leave_out_scraps, without_spoilt
 
@@ -23,8 +23,8 @@ def test_a_speck_is_masked_with_its_neighbours_and_nothing_else():
     values[9, 12] = 0.5
     places, starts, state = a_flat_band(20, 30)
     pixels = np.vstack([np.full(600, 0.7), values.reshape(-1)[places]])
-    variances = (np.full(2, 1e-4), np.full(2, 1e-6), 0.02)
-    cleaned = without_spoilt(values, pixels, starts, places, state, variances)
+    room = expect(pixels, starts, state, np.full(2, 1e-4), np.inf)
+    cleaned = without_spoilt(values, room, starts, places, state, (np.full(2, 1e-6), 0.02))
     y, x = np.mgrid[:20, :30]
     assert np.array_equal(np.isnan(cleaned), (y - 9) ** 2 + (x - 12) ** 2 <= 5)
     assert not np.isnan(values).any()

@@ -55,7 +55,7 @@ def test_pooling_and_constraining_leave_the_other_medium_alone(patch: Patch) -> 
 
 def test_an_outline_that_changes_further_from_the_band_is_doubted_by_it(patch: Patch) -> None:
     """A trace of the surface band lies on the first rows below the line."""
-    trace = 0.6 * np.exp(-0.25 * np.maximum(np.arange(200.0)[:, None] - 106.0, 0.0) ** 2)
+    trace = 0.6 * np.exp(-0.15 * np.maximum(np.arange(200.0)[:, None] - 106.0, 0.0) ** 2)
     bent = Patch((patch.values + (0.25 - patch.values) * trace).astype(np.float32))
     beside = look("x y stretch")._replace(top_y_px=107.0, beside_band=True)
     guess = EllipseShape(80.0, 91.0, 40.0, 1.14)

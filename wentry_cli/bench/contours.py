@@ -22,8 +22,7 @@ from wentry_cli.bench.outline_peers import SLOW, Recipe, recipes
 from wentry_cli.bench.row import BenchRow
 from wentry_cli.contours.circle import Circle, fit_circle
 from wentry_cli.contours.ellipse import SilhouetteFit
-from wentry_cli.contours.local_bottom import fit_local_bottom
-from wentry_cli.contours.silhouette import fit_silhouette
+from wentry_cli.contours.fitting import FitRequest, fit_shape, fit_with_bottom, parse_free
 from wentry_cli.imaging.patch import Patch
 
 Floats = NDArray[np.float64]
@@ -77,9 +76,11 @@ def _fit(frame: Frame, level: str, case: Case) -> SilhouetteFit:
     if case.top_view:
         circle = Circle(frame.guess.x, frame.guess.y, frame.guess.radius)
         return fit_circle(patch, circle, one_sided=bool(case.ring), level=level)
-    return fit_silhouette(
-        patch, frame.guess, free=case.free, top_y_px=frame.top_y, motion_px=case.motion_px, level=level
-    )
+    return fit_shape(patch, frame.guess, _request(frame, level, case))
+
+
+def _request(frame: Frame, level: str, case: Case) -> FitRequest:
+    return FitRequest(parse_free(case.free), frame.top_y, case.motion_px, level)
 
 
 def _told(fit: SilhouetteFit, frame: Frame, case: Case) -> Measured:
@@ -98,8 +99,8 @@ def _local_bottom(frame: Frame, level: str, case: Case) -> tuple[float, float]:
     """The lowest row from the cap alone and its uncertainty; NaN in the top view, which has none."""
     if case.top_view:
         return math.nan, math.nan
-    fit = _fit(frame, level, case)
-    bottom = fit_local_bottom(Patch(frame.region, ceiling=frame.ceiling), fit, motion_px=case.motion_px)
+    patch = Patch(frame.region, ceiling=frame.ceiling)
+    _, bottom = fit_with_bottom(patch, frame.guess, _request(frame, level, case))
     return bottom.y_px, bottom.y_unc_px
 
 

@@ -18,8 +18,8 @@ Floats = NDArray[np.float64]
 
 QUADRANT_NODES = 256
 # Columns of the table that `arc_geometry` returns; J is the derivative of the outward displacement of the edge,
-# DEPARTURE how far the outline is known to lie outside of the ellipse.
-X, Y, NX, NY, KAPPA, J, LENGTH, DEPARTURE, COLUMNS = 0, 1, 2, 3, 4, 5, 10, 11, 12
+# DEPARTURE how far the outline is known to lie outside of the ellipse, ANGLE the eccentric one.
+X, Y, NX, NY, KAPPA, J, LENGTH, DEPARTURE, ANGLE, COLUMNS = 0, 1, 2, 3, 4, 5, 10, 11, 12, 13
 # A shape vector may go on behind its five parameters with a known departure: the cosines and sines of waves of this
 # many periods and more round the sphere, as shares of the distance from the centre.
 FIRST_WAVE = 3
@@ -89,7 +89,7 @@ def departure_at(shape: Floats, cosine: float, sine: float) -> float:
 
 @compiled
 def arc_geometry(shape: Floats, phi: Floats) -> Floats:
-    """Point, outward normal, curvature (1/px), Jacobian, length and departure (px) of each sector, rows of COLUMNS."""
+    """Point, outward normal, curvature (1/px), Jacobian, length, departure (px) and angle of each sector, COLUMNS."""
     a, b = semi_axes(shape)
     radius, stretch = shape[2], shape[3]
     cos_tilt, sin_tilt = math.cos(shape[4]), math.sin(shape[4])
@@ -110,6 +110,7 @@ def arc_geometry(shape: Floats, phi: Floats) -> Floats:
         rows[k, J + 2] = (u * nu + v * nv) / radius
         rows[k, J + 3] = (u * nu - 2.0 * v * nv) / stretch
         rows[k, J + 4] = v * nu - u * nv
+        rows[k, ANGLE] = phi[k]
         rows[k, DEPARTURE] = (u * nu + v * nv) * departure_at(shape, cosine, sine)
         before = phi[k - 1] - (2.0 * math.pi if k == 0 else 0.0)
         after = phi[k + 1] if k + 1 < count else phi[0] + 2.0 * math.pi

@@ -51,11 +51,14 @@ def ellipse_distance(a: float, b: float, u: float, v: float) -> tuple[float, flo
 
 
 @compiled
-def row_span(shape: Floats, a: float, b: float, dy: float) -> tuple[float, float]:
-    """Columns (relative to the centre) between which a row cuts the ellipse of axes a, b; empty: (1, -1)."""
+def row_span(tilt: tuple[float, float], a: float, b: float, dy: float) -> tuple[float, float]:
+    """Columns (relative to the centre) between which a row cuts the ellipse of axes a, b; empty: (1, -1).
+
+    ``tilt`` is its cosine and sine.
+    """
     if a <= 0.0 or b <= 0.0:
         return 1.0, -1.0
-    c, s = math.cos(shape[4]), math.sin(shape[4])
+    c, s = tilt
     square = (c / a) ** 2 + (s / b) ** 2
     cross = dy * c * s * (1.0 / (b * b) - 1.0 / (a * a))
     constant = dy * dy * ((s / a) ** 2 + (c / b) ** 2) - 1.0
@@ -83,13 +86,13 @@ def runs_of_band(shape: Floats, limits: Floats, size: tuple[int, int]) -> tuple[
     number, total = 0, 0
     for row in range(first, last + 1):
         dy = row - shape[1]
-        left, right = row_span(shape, a + outer + 0.3, b + outer + 0.3, dy)
+        left, right = row_span((c, s), a + outer + 0.3, b + outer + 0.3, dy)
         if left > right:
             continue
         begin = math.ceil(max(0.0, shape[0] + left))
         end = math.floor(min(size[1] - 1.0, shape[0] + right)) + 1
         stop, again = end, end
-        hole_left, hole_right = row_span(shape, a - 1.3 * inner, b - 1.3 * inner, dy)
+        hole_left, hole_right = row_span((c, s), a - 1.3 * inner, b - 1.3 * inner, dy)
         if hole_left < hole_right:
             stop = min(end, math.floor(shape[0] + hole_left) + 1)
             again = max(begin, stop, math.ceil(shape[0] + hole_right))

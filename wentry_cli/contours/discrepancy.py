@@ -20,7 +20,7 @@ from wentry_cli.contours.sectors import LEVEL_IN, LEVEL_OUT, LN_S, LOCAL, MOVED,
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-WAVES = (3, 4, 5)
+WAVES = (3, 4, 5)  # one after the other
 # Order of the cross terms of a sector's displacement in the marginalised sums.
 CROSS = (0, 1, 3, 6)
 
@@ -79,46 +79,52 @@ def pull_of_sectors(verdict: Floats, rows: Floats, free: Ints, scene: Floats, to
 
 
 @compiled
-def wave(rows: Floats, number: int, sine: bool) -> Floats:
-    """A wave of unit amplitude round the sphere at each sector, its phase 0 at the bottom."""
-    shape = np.empty(rows.shape[0])
+def waves_at(rows: Floats) -> Floats:
+    """Cosine and sine of each of WAVES at each sector (2 * waves, sectors), their phase 0 at the bottom.
+
+    Powers of the unit number that the normal is, whose argument is the angle from the bottom.
+    """
+    shapes = np.empty((2 * len(WAVES), rows.shape[0]))
     for k in range(rows.shape[0]):
-        angle = number * math.atan2(rows[k, NX], rows[k, NY])
-        shape[k] = math.sin(angle) if sine else math.cos(angle)
-    return shape
+        real, imaginary = rows[k, NY], rows[k, NX]
+        for _ in range(WAVES[0] - 1):
+            real, imaginary = real * rows[k, NY] - imaginary * rows[k, NX], real * rows[k, NX] + imaginary * rows[k, NY]
+        for index in range(len(WAVES)):
+            shapes[2 * index, k], shapes[2 * index + 1, k] = real, imaginary
+            real, imaginary = real * rows[k, NY] - imaginary * rows[k, NX], real * rows[k, NX] + imaginary * rows[k, NY]
+    return shapes
 
 
 @compiled
 def add_discrepancy(
     covariance: Floats, factor: Floats, pull: Floats, rows: Floats, weight: Floats, free: Ints, excess: float
-) -> float:
-    """Widen ``covariance`` of the free parameters in place; returns the variance of the waves (px^2), 0 where none.
+) -> None:
+    """Widen ``covariance`` of the free parameters in place.
 
     ``factor`` is the Cholesky factor of the normal matrix, ``pull`` the right-hand side per pixel of displacement of
     each sector, ``weight`` what each counts, and ``excess`` the variance that is not noise (px^2).
     """
     size = free.size
-    if excess == 0.0:
-        return 0.0
-    steps = np.zeros((2 * len(WAVES), factor.shape[0]))
+    shapes = waves_at(rows)
+    steps = np.zeros((shapes.shape[0], factor.shape[0]))
     remaining = 0.0
-    for index in range(2 * len(WAVES)):
-        shape = wave(rows, WAVES[index // 2], index % 2 == 1)
+    for index in range(shapes.shape[0]):
         for k in range(rows.shape[0]):
-            for j in range(factor.shape[0]):
-                steps[index, j] += pull[k, j] * shape[k]
+            if weight[k] > 0.0:
+                for j in range(factor.shape[0]):
+                    steps[index, j] += pull[k, j] * shapes[index, k]
         substitute(factor, steps[index])
         squares, weights = 0.0, 0.0
         for k in range(rows.shape[0]):
-            rest = shape[k]
-            for j in range(size):
-                rest -= rows[k, J + free[j]] * steps[index, j]
-            squares += weight[k] * rest * rest
-            weights += weight[k]
+            if weight[k] > 0.0:
+                rest = shapes[index, k]
+                for j in range(size):
+                    rest -= rows[k, J + free[j]] * steps[index, j]
+                squares += weight[k] * rest * rest
+                weights += weight[k]
         remaining += squares / weights
     variance = excess / max(remaining, 1e-3)
-    for index in range(2 * len(WAVES)):
+    for index in range(shapes.shape[0]):
         for i in range(size):
             for j in range(size):
                 covariance[i, j] += variance * steps[index, i] * steps[index, j]
-    return variance

@@ -10,8 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.contours.bottom_cap import ELSEWHERE, HOW
 from wentry_cli.contours.clipped import is_clipped, shift_covariance
 from wentry_cli.contours.ellipse import PARAMETERS, EllipseShape, SilhouetteFit
+from wentry_cli.contours.local_bottom import BottomFit, bottom_found, fit_local_bottom
 from wentry_cli.contours.outline_fit import (
     KNOWN,
     QUALITY,
@@ -132,6 +134,20 @@ def indices_of(free: tuple[str, ...]) -> NDArray[np.int64]:
 
 def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> SilhouetteFit:
     """Fit the free parameters of the ellipse of revolution; raises ValueError on an unknown level."""
+    return _fit(patch, guess, request, bottom=False)[0]
+
+
+def fit_with_bottom(patch: Patch, guess: EllipseShape, request: FitRequest) -> tuple[SilhouetteFit, BottomFit]:
+    """As `fit_shape`, and the lowest point of the cap alone, from the same pixels where they tell it."""
+    fit, found = _fit(patch, guess, request, bottom=True)
+    if fit.status == "ok" and found[HOW] != ELSEWHERE:
+        return fit, bottom_found(patch, found)
+    return fit, fit_local_bottom(patch, fit, motion_px=request.motion_px)
+
+
+def _fit(
+    patch: Patch, guess: EllipseShape, request: FitRequest, *, bottom: bool
+) -> tuple[SilhouetteFit, NDArray[np.float64]]:
     if request.level not in LEVELS:
         raise ValueError(f"level is one of {', '.join(LEVELS)}, not {request.level!r}")
     values = np.ascontiguousarray(patch.values, dtype=np.float32)
@@ -141,13 +157,13 @@ def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> Silhoue
     least = LEAST_ARC_FREE_SIZE if "R" in request.free else LEAST_ARC
     settings = np.array([top, *request.motion_px, patch.ceiling, request.one_sided], np.float64)
     tilt_unc = math.radians(request.tilt_unc_deg)
-    wanted = OutlineRequest(settings, request.level == "accurate", float(patch.noise_floor), least, tilt_unc)
-    outline, covariance = fit_outline(values, vector, free, wanted)
+    wanted = OutlineRequest(settings, request.level == "accurate", float(patch.noise_floor), least, tilt_unc, bottom)
+    outline, covariance, cap = fit_outline(values, vector, free, wanted)
     found = outline.tolist()
     quality, known = found[QUALITY:KNOWN], found[KNOWN:]
     if status := VERDICTS[int(found[VERDICT])]:
         lost = status == "no_edge" and np.mean(~(values < patch.ceiling)) > MOST_CLIPPED
-        return unmeasured(quality[1], quality[2], "saturated" if lost else status)
+        return unmeasured(quality[1], quality[2], "saturated" if lost else status), cap
     x, y, radius, stretch, tilt = vector[:5].tolist()
     shape = EllipseShape(x + patch.x0, y + patch.y0, radius, stretch, math.degrees(tilt))
     if is_clipped(patch):
@@ -156,7 +172,7 @@ def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> Silhoue
     if "tilt" in request.free:
         known[:2] = 0.0, known[6]
     _, _, gated, residual = quality
-    return _gathered(shape, covariance, quality, fit_status(gated, residual, request), known)
+    return _gathered(shape, covariance, quality, fit_status(gated, residual, request), known), cap
 
 
 def fit_status(gated: float, residual: float, request: FitRequest) -> str:

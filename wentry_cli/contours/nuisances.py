@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.likelihood import CHI2, COUNT, COUNT_IN, COUNT_OUT, REST_IN, REST_OUT, SQUARE_IN, SQUARE_OUT
+from wentry_cli.contours.plateau import FEWEST_SECTORS, LL, L, N
 from wentry_cli.contours.sectors import (
     LEAST_PIXELS,
     LEVEL_IN,
@@ -31,6 +32,7 @@ PRIOR_LEVEL_UNC = 0.1
 # A clipped ground is taken to be as bright as the sensor says; how much brighter it is nobody knows.
 PRIOR_CLIPPED_UNC = 0.003
 PRIOR_SLOPE_PER_PX = 2e-4
+LEAST_NOISE = 1e-8
 
 
 class Belief(NamedTuple):
@@ -60,10 +62,36 @@ def noise_levels(sums: Floats, verdict: Floats, noise: Floats) -> None:
                 means[number] = (sums[k, square] - sums[k, rest] ** 2 / sums[k, count]) / (sums[k, count] - 1.0)
                 number += 1
         if number >= 4:
-            noise[side] = max(1e-8, median_of(means, number))
-    # light brings its own noise: what looks quieter on the bright side is clipped, or a sum over few pixels
+            noise[side] = max(LEAST_NOISE, median_of(means, number))
+    bound_noise(noise)
+
+
+@compiled
+def bound_noise(noise: Floats) -> None:
+    """Light brings its own noise: what looks quieter on the bright side is clipped, or a sum over few pixels."""
     noise[1] = max(noise[1], noise[0])
     noise[0] = max(noise[0], 0.02 * noise[1])
+
+
+@compiled
+def first_noise(plateaus: Floats) -> Floats:
+    """Variance of a pixel inside and outside from beyond the band of the edge; 0 where that is not seen on both sides.
+
+    ``plateaus`` are the moments of `plateau`.
+    """
+    noise, scatter = np.zeros(2), np.empty(plateaus.shape[0])
+    for side in range(2):
+        number = 0
+        for k in range(plateaus.shape[0]):
+            one = plateaus[k, side]
+            if one[N] > 0.0:
+                scatter[number] = (one[LL] - one[L] ** 2 / one[N]) / (one[N] - 1.0)
+                number += 1
+        if number < FEWEST_SECTORS:
+            return np.zeros(2)
+        noise[side] = max(LEAST_NOISE, median_of(scatter, number))
+    bound_noise(noise)
+    return noise
 
 
 @compiled

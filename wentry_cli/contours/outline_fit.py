@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.contours.refine import BLUR, RESIDUAL, STATUS, refine_shape
+from wentry_cli.contours.bottom_cap import ELSEWHERE, FOUND_ENTRIES, HOW, bottom_within
+from wentry_cli.contours.refine import BLUR, PLAIN, RESIDUAL, STATUS, refine_shape
 from wentry_cli.contours.scan import scan_shape
 from wentry_cli.contours.turning import ANSWER, STEP, UNC
 
@@ -30,7 +31,7 @@ class OutlineRequest(NamedTuple):
 
     ``settings`` are those of `refine.Band`; ``refines`` is False for the scan alone; ``noise`` is the least one of the
     patch, ``least_arc`` the share of the perimeter that must be seen, ``tilt_unc`` (rad) how well a tilt that is held
-    is known.
+    is known; ``bottom`` asks for the lowest point from the cap alone, too.
     """
 
     settings: Floats
@@ -38,6 +39,7 @@ class OutlineRequest(NamedTuple):
     noise: float
     least_arc: float
     tilt_unc: float
+    bottom: bool
 
 
 @compiled
@@ -103,11 +105,14 @@ def scan_verdict(report: Floats, least: float) -> float:
 @compiled
 def fit_outline(
     values: NDArray[np.float32], vector: Floats, free: Ints, request: OutlineRequest
-) -> tuple[Floats, Floats]:
+) -> tuple[Floats, Floats, Floats]:
     """Scan and, at the level "accurate", refine a shape, which is moved in place (patch pixels, tilt in radians).
 
-    Returns the numbers of the fit (``VERDICT`` and on) and the covariance of all parameters.
+    Returns the numbers of the fit (``VERDICT`` and on), the covariance of all parameters, and the entries of
+    `bottom_cap` for the lowest point, where it was asked for and the same pixels tell it.
     """
+    bottom = np.full(FOUND_ENTRIES, math.nan)
+    bottom[HOW] = ELSEWHERE
     found = np.full(FOUND, math.nan)
     top_y, across, down, _, one_sided = request.settings
     search = np.array([SEARCH_PX, one_sided, RAYS, SCAN_VARIANCE, 2.0 if request.refines else 3.0, across, down])
@@ -115,16 +120,18 @@ def fit_outline(
     found[QUALITY + 1 : KNOWN] = scan[1:4]
     found[VERDICT] = scan_verdict(scan, request.least_arc)
     if found[VERDICT] == 0.0 and request.refines:
-        covariance, fine, turn = refine_shape(values, vector, free, request.settings)
+        covariance, fine, turn, band, belief = refine_shape(values, vector, free, request.settings)
         if fine[STATUS] == 0.0:
             found[QUALITY:KNOWN] = fine[BLUR : RESIDUAL + 1]
+            if request.bottom and fine[PLAIN] > 0.0:
+                bottom = bottom_within(band, belief)
         else:
             found[VERDICT] = POOR
     if found[VERDICT] > 0.0:
-        return found, np.full((5, 5), math.nan)
+        return found, np.full((5, 5), math.nan), bottom
     whole = whole_covariance(covariance, free, turn, request.tilt_unc)
     if not math.isfinite(whole.sum()):
         found[VERDICT] = POOR
     found[KNOWN], found[KNOWN + 1] = turn[STEP], turn[UNC]
     found[KNOWN + 2 :] = spreads(vector[2], vector[3], vector[4], whole)
-    return found, whole
+    return found, whole, bottom

@@ -8,6 +8,7 @@ where they are even: droplets, a neighbour, or a sphere that gets lighter toward
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,37 +49,65 @@ LEVEL_RANGE, LEAST_SCATTER = 0.03, 0.002
 SLOPE_SIGMA, TO_EDGE_PX = 2.0, 6.0
 
 
+class Lines(NamedTuple):
+    """How the pixels of one sector lie on lines of the picture, rows or columns, which the normal crosses steeply.
+
+    The point of the outline is at line ``start`` and place ``aside``; ``main`` and ``cross`` are the normal along and
+    across the lines. ``width`` is half of a sector on the outline's line, ``bend`` how much it widens and ``turn`` how
+    far it shifts from line to line. ``size`` are the lines and places of the picture, ``first`` the first of them
+    that may be used, ``step`` the pixels from one to the next.
+    """
+
+    start: float
+    aside: float
+    main: float
+    cross: float
+    width: float
+    bend: float
+    turn: float
+    size: tuple[int, int]
+    first: tuple[int, int]
+    step: tuple[int, int]
+
+
 @compiled
-def sum_sector(values: NDArray[np.float32], row: Floats, near: float, far: float, top_y: float, found: Floats) -> None:
+def lines_of(row: Floats, size: tuple[int, int], top: int) -> Lines:
+    """The lines through a sector in a picture of ``size``, of which the rows above ``top`` are left out."""
+    if abs(row[NY]) >= abs(row[NX]):
+        start, aside, main, cross = row[Y], row[X], row[NY], row[NX]
+        count, first, step = (size[0], size[1]), (top, 0), (size[1], 1)
+    else:
+        start, aside, main, cross = row[X], row[Y], row[NX], row[NY]
+        count, first, step = (size[1], size[0]), (0, top), (1, size[1])
+    inverse = 1.0 / main
+    width = 0.5 * row[LENGTH] * abs(inverse)
+    return Lines(start, aside, main, cross, width, row[KAPPA] * inverse, cross * inverse, count, first, step)
+
+
+@compiled
+def sum_sector(flat: NDArray[np.float32], lines: Lines, near: float, far: float, found: Floats) -> None:
     """Fill ``found`` with the moments of the pixels of one sector between two distances of one sign, near < far.
 
     Lines of pixels end at the neighbouring sectors, whose borders are normals of the ellipse.
     """
     number = level_sum = square_sum = distance_sum = product_sum = distances = 0.0
-    steep = abs(row[NY]) >= abs(row[NX])
-    main, cross = (row[NY], row[NX]) if steep else (row[NX], row[NY])
-    start, aside = (row[Y], row[X]) if steep else (row[X], row[Y])
-    lines, places = (values.shape[0], values.shape[1]) if steep else (values.shape[1], values.shape[0])
-    by_line, by_place = (values.shape[1], 1) if steep else (1, values.shape[1])
-    flat, inverse = values.reshape(-1), 1.0 / main
-    width, bend, turn = 0.5 * row[LENGTH] * abs(inverse), row[KAPPA] * inverse, cross * inverse
-    one, other = start + near * main, start + far * main
-    top = max(0, math.ceil(top_y)) if top_y > 0.0 else 0
-    first_line, first_place = (top, 0) if steep else (0, top)
-    for line in range(max(first_line, math.ceil(min(one, other))), min(lines - 1, math.floor(max(one, other))) + 1):
-        along = line - start
-        half, middle = width * (1.0 + bend * along), aside + along * turn
-        for place in range(max(first_place, math.ceil(middle - half)), min(places, math.ceil(middle + half))):
-            level = np.float64(flat[np.uint64(line * by_line + place * by_place)])
-            if math.isnan(level):
-                continue
-            distance = along * main + (place - aside) * cross
-            number += 1.0
-            level_sum += level
-            square_sum += level * level
-            distance_sum += distance
-            product_sum += level * distance
-            distances += distance * distance
+    one, other = lines.start + near * lines.main, lines.start + far * lines.main
+    first, last = max(lines.first[0], math.ceil(min(one, other))), min(lines.size[0] - 1, math.floor(max(one, other)))
+    for line in range(first, last + 1):
+        along, at = line - lines.start, line * lines.step[0]
+        half, middle = lines.width * (1.0 + lines.bend * along), lines.aside + along * lines.turn
+        base = along * lines.main - lines.aside * lines.cross
+        begin, end = max(lines.first[1], math.ceil(middle - half)), min(lines.size[1], math.ceil(middle + half))
+        for place in range(begin, end):
+            level = np.float64(flat[np.uint64(at + place * lines.step[1])])
+            if not math.isnan(level):
+                distance = base + place * lines.cross
+                number += 1.0
+                level_sum += level
+                square_sum += level * level
+                distance_sum += distance
+                product_sum += level * distance
+                distances += distance * distance
     found[N], found[L], found[LL] = number, level_sum, square_sum
     found[D], found[LD], found[DSQUARE] = distance_sum, product_sum, distances
 
@@ -97,15 +126,17 @@ def sum_plateaus(
     ``starts`` says where the pixels of the edge of each sector begin. 0 where these or those are too few, or do not
     look like those of the other sectors.
     """
-    plateaus = np.zeros((rows.shape[0], 2, MOMENTS))
+    plateaus, flat = np.zeros((rows.shape[0], 2, MOMENTS)), values.reshape(-1)
+    top = max(0, math.ceil(top_y)) if top_y > 0.0 else 0
     for k in range(rows.shape[0]):
         if starts[k + 1] - starts[k] < LEAST_PIXELS:
             continue
+        lines = lines_of(rows[k], values.shape, top)
         deepest = min(inner[1], DEEPEST / max(rows[k, KAPPA], 1e-6))
         if deepest > inner[0]:
-            sum_sector(values, rows[k], -deepest, -inner[0], top_y, plateaus[k, INNER])
+            sum_sector(flat, lines, -deepest, -inner[0], plateaus[k, INNER])
         if outer[1] > outer[0]:
-            sum_sector(values, rows[k], outer[0], outer[1], top_y, plateaus[k, OUTER])
+            sum_sector(flat, lines, outer[0], outer[1], plateaus[k, OUTER])
     leave_out_uneven(plateaus)
     return plateaus
 

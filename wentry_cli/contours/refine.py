@@ -17,10 +17,11 @@ from wentry_cli.contours.likelihood import (
     STATE,
     SUMS,
     accumulate,
+    expect,
     first_levels,
 )
 from wentry_cli.contours.normal_equations import factorise, invert_block, substitute
-from wentry_cli.contours.nuisances import PRIOR_LN_S, Belief, add_priors, noise_levels, priors, weigh_noise
+from wentry_cli.contours.nuisances import PRIOR_LN_S, Belief, add_priors, first_noise, noise_levels, priors, weigh_noise
 from wentry_cli.contours.plateau import PLATEAU_PX, add_plateaus, sum_plateaus
 from wentry_cli.contours.sectors import (
     LEAST_PIXELS,
@@ -43,7 +44,7 @@ from wentry_cli.contours.turning import no_turn, pixel_turn, wants_tilt
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-SECTOR_PX = 3.0
+SECTOR_PX = 4.0
 SECTOR_ANGLE = math.radians(40.0)
 # The band of the edge ends where its blur does, so many standard deviations away.
 REACH_SIGMA, LEAST_BLUR, WIDER = 4.2, 1.0, 1.25
@@ -54,18 +55,19 @@ ROUNDS = 6
 HIDDEN_SHARE = 0.02
 COLLECTIONS = 4
 # Entries of the report of `refine_shape`.
-STATUS, BLUR, ARC, GATED, RESIDUAL, IN, OUT, WAVES, REPORT = 0, 1, 2, 3, 4, 5, 6, 7, 8
+STATUS, BLUR, ARC, GATED, RESIDUAL, PLAIN, REPORT = 0, 1, 2, 3, 4, 5, 6
 SINGULAR, LOST = 1.0, 2.0
 
 
 class Band(NamedTuple):
-    """Pixels about the outline, sector by sector, where each sector starts, and what the scene is like.
+    """Pixels about the outline ``shape``, sector by sector, where each sector starts, and what the scene is like.
 
     ``places`` says where in the patch, read line by line, a pixel is. ``plateaus`` are the moments of what lies beyond
-    them (see `plateau`). ``scene`` holds centre (x, y), radius and motion (x, y); ``settings`` the top row, the motion
-    (x, y), the ceiling and 1 where outliers lie outside only.
+    them (see `plateau`), ``width`` is that of the band, px. ``scene`` holds centre (x, y), radius and motion (x, y);
+    ``settings`` the top row, the motion (x, y), the ceiling and 1 where outliers lie outside only.
     """
 
+    shape: Floats
     pixels: Floats
     starts: Ints
     places: Ints
@@ -73,6 +75,7 @@ class Band(NamedTuple):
     rows: Floats
     scene: Floats
     settings: Floats
+    width: float
 
 
 @compiled
@@ -135,7 +138,7 @@ def gather_band(values: NDArray[np.float32], shape: Floats, settings: Floats, re
     deep = 0.0 if clipped else min(limits[0] + PLATEAU_PX, 0.5 * min(a, b))
     plateaus = sum_plateaus(values, rows, starts, (limits[0], deep), (limits[1], far), settings[0])
     scene = np.array([shape[0], shape[1], shape[2], settings[1], settings[2]])
-    return Band(pixels, starts, places, plateaus, rows, scene, settings)
+    return Band(shape.copy(), pixels, starts, places, plateaus, rows, scene, settings, limits[0] + limits[1])
 
 
 @compiled
@@ -145,7 +148,7 @@ def first_belief(band: Band, low: float, high: float) -> Belief:
     nuisance[LEVEL_IN], nuisance[LEVEL_OUT] = low, 1.0 if math.isnan(high) else high
     nuisance[LN_S] = PRIOR_LN_S
     prior = priors(nuisance, band.scene[2], band.settings[3])
-    return Belief(nuisance, prior, np.zeros(2), np.full(2, 1e-6), np.zeros(5))
+    return Belief(nuisance, prior, first_noise(band.plateaus), np.full(2, 1e-6), np.zeros(5))
 
 
 @compiled
@@ -180,7 +183,7 @@ def solve_band(band: Band, belief: Belief, free: Ints, patience: int) -> tuple[F
         if not good:
             return moved, np.zeros((0, 0)), sums, verdict
         noise_levels(sums, verdict, belief.noise)
-        if (turn > patience and change < SETTLED_PX) or change > 2.0:
+        if (turn > 0 and turn >= patience and change < SETTLED_PX) or change > 2.0:
             break
     return moved, normal, sums, verdict
 
@@ -191,8 +194,8 @@ def cleaned_of(values: NDArray[np.float32], band: Band, moved: Floats, belief: B
     state = np.zeros((band.rows.shape[0], STATE))
     set_state(state, band.rows, moved, belief.nuisance, band.scene)
     tolerance = max(TOLERANCE_PX, TOLERANCE_OF_R * band.scene[2])
-    variances = (belief.noise, belief.spread, tolerance**2)
-    return without_spoilt(values, band.pixels, band.starts, band.places, state, variances)
+    room = expect(band.pixels, band.starts, state, belief.noise, band.settings[3])
+    return without_spoilt(values, room, band.starts, band.places, state, (belief.spread, tolerance**2))
 
 
 @compiled
@@ -224,11 +227,12 @@ def regain(
 @compiled
 def refine_shape(
     values: NDArray[np.float32], shape: Floats, free: Ints, settings: Floats
-) -> tuple[Floats, Floats, Floats]:
+) -> tuple[Floats, Floats, Floats, Band, Belief]:
     """Maximise the likelihood from a start that is right to a fraction of a pixel; ``shape`` is moved in place.
 
     ``settings`` as in `Band`. Returns the covariance of the free parameters, the report (status, blur, arc, gated,
-    residual, levels inside and outside, variance of the departure from an ellipse), and the turn (see `turning`).
+    residual, and 1 where the band holds all pixels and no masked ones), the turn (see `turning`), and the last band
+    with what is believed of it.
     """
     report = np.zeros(REPORT)
     report[STATUS] = LOST
@@ -241,42 +245,42 @@ def refine_shape(
         masked = 1.0
         band = gather_band(values, shape, settings, reach, masked)
         low, high = first_levels(band.pixels, band.starts)
-    if math.isnan(low):
-        return nothing, report, no_turn()
     belief = first_belief(band, low, high)
+    if math.isnan(low):
+        return nothing, report, no_turn(), band, belief
     moved, factor, sums, verdict = solve_band(band, belief, free, 0)
     for _ in range(COLLECTIONS):
         report[ARC], report[GATED] = arc_shares(band.rows, sums, verdict)
         if factor.size == 0:
             report[STATUS] = SINGULAR
-            return nothing, report, no_turn()
+            return nothing, report, no_turn(), band, belief
         far = farthest(band.rows, moved)
         shape[:5] += moved
         if far > 4.0 or not (0.3 < shape[3] < 4.0 and shape[2] > 2.0):
-            return nothing, report, no_turn()
+            return nothing, report, no_turn(), band, belief
         wanted = reach_of(belief.nuisance[LN_S])
         if far < RECOLLECT_PX and wanted < WIDER * reach:
             break
         reach = wanted
         band = gather_band(values, shape, settings, reach, masked)
         moved, factor, sums, verdict = solve_band(band, belief, free, 0)
+    report[PLAIN] = 1.0 if math.isnan(masked) else 0.0
     if report[GATED] > HIDDEN_SHARE and math.isnan(masked) and settings[4] == 0.0:
         other, step, better, judged = regain(values, shape, reach, band, moved, belief, free)
         if better.size > 0:
             band, moved, factor, verdict = other, step, better, judged
+            report[PLAIN] = 0.0
     report[RESIDUAL], chi2 = residual_statistics(verdict, free.size)
     if math.isnan(chi2):
-        return nothing, report, no_turn()
-    report[STATUS] = 0.0
-    report[BLUR] = math.exp(belief.nuisance[LN_S])
-    report[IN], report[OUT] = belief.nuisance[LEVEL_IN], belief.nuisance[LEVEL_OUT]
+        return nothing, report, no_turn(), band, belief
+    report[STATUS], report[BLUR] = 0.0, math.exp(belief.nuisance[LN_S])
     covariance = invert_block(factor, free.size, max(1.0, chi2))
     excess = excess_variance(verdict, free.size)
     if excess > 0.0:
         pull = pull_of_sectors(verdict, band.rows, free, band.scene, factor.shape[0])
         weight = verdict[:, WEIGHT].copy()
-        report[WAVES] = add_discrepancy(covariance, factor, pull, band.rows, weight, free, excess)
+        add_discrepancy(covariance, factor, pull, band.rows, weight, free, excess)
     turn = no_turn()
     if wants_tilt(free):
         turn = pixel_turn(verdict, band.rows, band.scene, free, moved, belief)
-    return covariance, report, turn
+    return covariance, report, turn, band, belief

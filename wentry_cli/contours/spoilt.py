@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.contours.likelihood import expect
+from wentry_cli.contours.likelihood import EDGE, INV_S, REST, STEP, WEIGHT
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -35,32 +35,29 @@ def blot(values: NDArray[np.float32], place: int) -> None:
 @compiled
 def without_spoilt(
     values: NDArray[np.float32],
-    pixels: Floats,
+    room: Floats,
     starts: Ints,
     places: Ints,
     state: Floats,
-    variances: tuple[Floats, Floats, float],
+    variances: tuple[Floats, float],
 ) -> NDArray[np.float32]:
     """The patch with the spoilt pixels of the band masked.
 
-    ``state`` is what the sectors are expected to show (see `likelihood`); ``variances`` are those of a pixel inside and
-    outside, of the sectors' own levels inside and outside, and of where their edge is (px^2).
+    ``room`` is what the pixels show beside what they should, ``state`` what their sectors are expected to show (see
+    `likelihood`); ``variances`` are those of the sectors' own levels inside and outside, and of where their edge is
+    (px^2).
     """
-    noise, spread, off = variances
+    spread, off = variances
     cleaned = values.copy()
     information = np.empty(places.size)
     for k in range(starts.size - 1):
-        part = slice(starts[k], starts[k + 1])
-        number = starts[k + 1] - starts[k]
-        by_edge, by_out, by_blur, model = np.empty(number), np.empty(number), np.empty(number), np.empty(number)
-        expect(pixels[0, part], state[k], by_edge, by_out, by_blur, model)
-        for n in range(number):
-            own = noise[0] + (noise[1] - noise[0]) * by_out[n]
-            level = spread[0] * (1.0 - by_out[n]) ** 2 + spread[1] * by_out[n] ** 2
-            information[starts[k] + n] = by_edge[n] ** 2 / own
-            variance = own + level + off * by_edge[n] ** 2
-            if (pixels[1, starts[k] + n] - model[n]) ** 2 > SPOILT_SIGMA**2 * variance:
-                blot(cleaned, places[starts[k] + n])
+        for n in range(starts[k], starts[k + 1]):
+            by_edge, by_out = room[EDGE, n] * state[k, INV_S], room[STEP, n]
+            level = spread[0] * (1.0 - by_out) ** 2 + spread[1] * by_out**2
+            information[n] = by_edge**2 * room[WEIGHT, n]
+            variance = 1.0 / room[WEIGHT, n] + level + off * by_edge**2
+            if room[REST, n] ** 2 > SPOILT_SIGMA**2 * variance:
+                blot(cleaned, places[n])
     leave_out_scraps(cleaned.reshape(-1), starts, places, information)
     return cleaned
 

@@ -13,8 +13,8 @@ from wentry_cli.compiled import compiled
 from wentry_cli.contours.circle import Circle, fit_circle
 from wentry_cli.contours.departure import NONE, Departure, extremes
 from wentry_cli.contours.ellipse import EllipseShape, SilhouetteFit
-from wentry_cli.contours.fitting import FitRequest, bottom_unc, fit_shape, parse_free
-from wentry_cli.contours.local_bottom import BottomFit, fit_local_bottom
+from wentry_cli.contours.fitting import FitRequest, bottom_unc, fit_shape, fit_with_bottom, parse_free
+from wentry_cli.contours.local_bottom import BottomFit
 from wentry_cli.contours.separation import SeparationFit, find_separation
 from wentry_cli.imaging.background import Background, steadied
 from wentry_cli.imaging.order_statistics import median_of
@@ -134,20 +134,19 @@ def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighti
     """Fit the shape in a patch and, where that went well, its bottom and separation line."""
     if look.outline == "circle":
         return _examine_circle(patch, index, Circle(guess.x, guess.y, guess.radius * guess.stretch), look)
-    fit = _fit_ellipse(patch, guess, look)
+    fit, bottom = _fit_ellipse(patch, guess, look, bottom=look.bottom)
     if not usable(fit):
         return Sighting(index, fit.status if fit.status != "ok" else "poor_fit", fit)
     if look.beside_band:
         fit = _doubted_beside_band(patch, fit, look)
     shape = fit.shape
-    bottom = fit_local_bottom(patch, fit, motion_px=look.motion_px) if look.bottom else None
     lowest = extremes(shape, look.departure)[1] if look.departure else fit.bottom_y_px
     if bottom is not None and not abs(bottom.y_px - lowest) < LARGEST_OFFSET_PX + LARGEST_MISFIT * fit.radius_px:
         bottom = dataclasses.replace(bottom, status="poor_fit")
     separation = find_separation(patch, fit, departure=look.departure) if look.separation else None
     free = fit if " R" in look.free else None
     if look.also_free and free is None:
-        free = _fit_ellipse(patch, shape, look._replace(free=_with_size(look.free, fit.stretch)))
+        free, _ = _fit_ellipse(patch, shape, look._replace(free=_with_size(look.free, fit.stretch)))
         free = free if usable(free) else None
     return Sighting(
         index,
@@ -190,18 +189,18 @@ def _with_size(free: str, stretch: float) -> str:
     return free.replace("x y", "x y R") + (" tilt" if leans else "")
 
 
-def _fit_ellipse(patch: Patch, guess: EllipseShape, look: Look) -> SilhouetteFit:
-    free = parse_free(look.free)
-    return fit_shape(
-        patch,
-        guess,
-        FitRequest(free, look.top_y_px, look.motion_px, look.level, False, look.departure, look.tilt_unc_deg),
+def _fit_ellipse(
+    patch: Patch, guess: EllipseShape, look: Look, *, bottom: bool = False
+) -> tuple[SilhouetteFit, BottomFit | None]:
+    request = FitRequest(
+        parse_free(look.free), look.top_y_px, look.motion_px, look.level, False, look.departure, look.tilt_unc_deg
     )
+    return fit_with_bottom(patch, guess, request) if bottom else (fit_shape(patch, guess, request), None)
 
 
 def _doubted_beside_band(patch: Patch, fit: SilhouetteFit, look: Look) -> SilhouetteFit:
     """The fit, doubted by what it changes by when the outline is left out a little further from the surface band."""
-    further = (_fit_ellipse(patch, fit.shape, look._replace(top_y_px=look.top_y_px + away)) for away in FURTHER_PX)
+    further = (_fit_ellipse(patch, fit.shape, look._replace(top_y_px=look.top_y_px + away))[0] for away in FURTHER_PX)
     change = next((other.shape.vector() - fit.shape.vector() for other in further if usable(other)), None)
     if change is None:
         return fit
