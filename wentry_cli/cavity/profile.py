@@ -156,8 +156,7 @@ def _measure(
     if not dark < (black + DARKEST_USEFUL * (1.0 - black)) * ground:
         return nothing
     half = 0.5 * (ground + dark)
-    body = find_body(region, _faint_level(ground, dark, noise), sphere)
-    spans = body[0]
+    spans = find_body(region, _faint_level(ground, dark, noise), sphere)
     body_spans = (spans[0][:rows], spans[1][:rows])
     left, right, wall = find_edges(region, body_spans, half, RIM_PX)
     clear = (left[:above], right[:above], wall[:above])
@@ -174,7 +173,7 @@ def _measure(
                 left[row], right[row] = -np.inf, np.inf
     if seen < FEWEST_ROWS:
         return nothing
-    closed = find_closed_rows(region, body, rows, half)
+    closed = find_closed_rows(region, spans, rows, half)
     for row in range(rows):
         if closed[row]:
             left[row] = right[row] = np.nan
