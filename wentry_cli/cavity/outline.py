@@ -73,7 +73,7 @@ def _follow_border(
             first_step = step
         area += (2 * column + ACROSS[step]) * DOWN[step]
         row, column = row + DOWN[step], column + ACROSS[step]
-        begin = (step + 7 - step % 2) % 8  # behind the neighbour that was last seen not to be dark
+        begin = (step + 7 - (step & 1)) & 7  # behind the neighbour that was last seen not to be dark
 
 
 @compiled
@@ -81,7 +81,7 @@ def _next_step(region: Region, dark: np.float32, row: int, column: int, begin: i
     """The first dark neighbour clockwise from ``begin`` on; -1 where there is none."""
     rows, columns = region.levels.shape
     for turn in range(8):
-        step = (begin + turn) % 8
+        step = (begin + turn) & 7
         to_row, to_column = row + DOWN[step], column + ACROSS[step]
         if 0 <= to_row < rows and 0 <= to_column < columns and is_dark(region, dark, to_row, to_column):
             return step

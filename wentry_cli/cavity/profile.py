@@ -74,12 +74,19 @@ class CavityProfile:
         """Width of the silhouette per row."""
         return self.right_px - self.left_px
 
-    def rows_above(self, lowest_y_px: float, step: int) -> NDArray[np.int64]:
-        """Which rows lie no lower than that, are open, and are among every ``step``-th of the frame."""
-        begin = int(-self.y_px[0] % step)
-        stop = int(np.searchsorted(self.y_px, lowest_y_px, side="right"))
-        rows = np.arange(begin, stop, step)
-        return rows[self.right_px[rows] > self.left_px[rows]]
+    def rows_above(self, lowest_y_px: float, step: int) -> tuple[Floats, Floats, Floats]:
+        """Row, left and right edge where it is open, no lower than that, in every ``step``-th row of the frame."""
+        return _open_rows(self.y_px, self.left_px, self.right_px, lowest_y_px, step)
+
+
+@compiled
+def _open_rows(y: Floats, left: Floats, right: Floats, lowest: float, step: int) -> tuple[Floats, Floats, Floats]:
+    found, count = np.empty((3, y.size // step + 1)), 0
+    for row in range(int(-y[0] % step), y.size, step):
+        if y[row] <= lowest and right[row] > left[row]:
+            found[0, count], found[1, count], found[2, count] = y[row], left[row], right[row]
+            count += 1
+    return found[0, :count], found[1, :count], found[2, :count]
 
 
 def measure_profile(patch: Patch, sphere: SphereOutline, *, surface_y_px: float) -> CavityProfile:
