@@ -69,7 +69,8 @@ def _lowest_near(values: Floats) -> Floats:
         for row in range(lowest.size - over):
             lowest[row] = min(lowest[row], lowest[row + over])
         over *= 2
-    return np.minimum(lowest[: values.size], lowest[BUMP_ROWS - over :][: values.size])
+    least: Floats = np.minimum(lowest[: values.size], lowest[BUMP_ROWS - over :][: values.size])
+    return least
 
 
 @compiled
