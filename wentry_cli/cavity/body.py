@@ -47,7 +47,7 @@ def _find_sphere(region: Region, dark: np.float32, sphere: tuple[int, int, int],
     """
     axis, reach, equator = sphere
     rows = max(equator - 3, 0), equator
-    columns = max(axis - 3 * reach, 0), min(axis + 3 * reach, region.levels.shape[1] - 1)
+    columns = max(axis - 3 * reach, 0), min(axis + 3 * reach, region.columns - 1)
     most = 0
     for row in range(rows[0], rows[1] + 1):
         column = columns[0]

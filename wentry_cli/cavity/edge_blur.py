@@ -51,7 +51,7 @@ def _blur_across(region: Region, row: int, edge: float, step: int, light: tuple[
     """Blur of an edge along its row from the two pixels about it; outside lies towards ``step``."""
     inner = math.floor(edge) if step > 0 else math.ceil(edge)
     outer = inner + step
-    if min(inner, outer) < 0 or max(inner, outer) >= region.levels.shape[1]:
+    if min(inner, outer) < 0 or max(inner, outer) >= region.columns:
         return math.nan
     rise = (transmission(region, row, outer) - transmission(region, row, inner)) / (light[0] - light[1])
     return _blur_of(rise, abs(edge - inner), abs(outer - edge)) if 0.0 < rise < 1.0 else math.nan

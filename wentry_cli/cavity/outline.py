@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from wentry_cli.cavity.region import Region
+from wentry_cli.cavity.region import Region, transmission
 from wentry_cli.compiled import compiled
 
 Ints = NDArray[np.int32]
@@ -27,7 +27,7 @@ def no_spans(rows: int) -> Spans:
 @compiled
 def is_dark(region: Region, dark: np.float32, row: int, column: int) -> bool:
     """Whether a pixel is darker than ``dark``; one that is masked (NaN) is not."""
-    return bool(np.float32(region.levels[row, column]) * region.gain[row, region.left + column] < dark)
+    return bool(transmission(region, row, column) < dark)
 
 
 @compiled
@@ -79,7 +79,7 @@ def _follow_border(
 @compiled
 def _next_step(region: Region, dark: np.float32, row: int, column: int, begin: int) -> int:
     """The first dark neighbour clockwise from ``begin`` on; -1 where there is none."""
-    rows, columns = region.levels.shape
+    rows, columns = region.levels.shape[0], region.columns
     for turn in range(8):
         step = (begin + turn) & 7
         to_row, to_column = row + DOWN[step], column + ACROSS[step]

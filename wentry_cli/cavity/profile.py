@@ -116,7 +116,7 @@ def measure_region(region: Region, sphere: SphereOutline, *, corner: tuple[int, 
     rows = min(math.floor(sphere.y_px) - first + 1, region.levels.shape[0])
     if rows < FEWEST_ROWS + 1:
         return empty_profile("out_of_frame")
-    axis = min(max(round(sphere.x_px) - x0, 0), region.levels.shape[1] - 1)
+    axis = min(max(round(sphere.x_px) - x0, 0), region.columns - 1)
     equator = min(max(round(sphere.y_px) - first, 0), region.levels.shape[0] - 1)
     places = (axis, max(int(0.35 * sphere.across_px), 2), equator)
     above = max(min(int(sphere.top_y_px) - 2 - first, rows), 0)
@@ -176,7 +176,7 @@ def _measure(
         seen += 1 if np.isfinite(left[row]) else 0
         if np.isnan(left[row]) and spans[0][row] >= 0:
             hidden += 1 if row >= SURFACE_ROWS else 0
-            if min(spans[0][row], region.levels.shape[1] - 1 - spans[1][row]) < RIM_PX:
+            if min(spans[0][row], region.columns - 1 - spans[1][row]) < RIM_PX:
                 left[row], right[row] = -np.inf, np.inf
     if seen < FEWEST_ROWS:
         return nothing
@@ -208,8 +208,8 @@ def _levels(region: Region, sphere: tuple[int, int, int]) -> tuple[float, float,
 
     ``sphere`` as in `find_body`.
     """
-    apart = max(4, int(math.sqrt(region.levels.size / SAMPLE)))
-    rows, columns = region.levels.shape
+    apart = max(4, int(math.sqrt((region.levels.shape[0] * region.columns) / SAMPLE)))
+    rows, columns = region.levels.shape[0], region.columns
     sample = np.empty(((rows + apart - 1) // apart) * ((columns + apart - 1) // apart))
     seen = 0
     for row in range(0, rows, apart):
@@ -251,7 +251,7 @@ def _level_within(region: Region, sphere: tuple[int, int, int]) -> float:
     axis, reach, equator = sphere
     total, count = 0.0, 0
     for row in range(max(equator - reach, 0), min(equator + 1, region.levels.shape[0])):
-        for column in range(max(axis - reach, 0), min(axis + reach + 1, region.levels.shape[1])):
+        for column in range(max(axis - reach, 0), min(axis + reach + 1, region.columns)):
             value = transmission(region, row, column)
             if np.isfinite(value):
                 total += value
