@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 
 RIM_PX = 3  # a row that is dark up to the rim of the patch belongs to the surface band
 FAINTEST = 0.25  # of the contrast: what is darker than that belongs to a wall, however thin
-SAMPLE = 6000  # pixels that tell the levels
+SAMPLE = 2000  # pixels that tell the levels
 # Between black (0) and the ground (1): what is brighter than the first is ground, darker than the second dark, and a
 # wall brighter than the third is no wall. Where hardly anything is dark beside black, the sphere itself is black.
 BRIGHT, DARK, DARKEST_USEFUL = 0.7, 0.6, 0.75
