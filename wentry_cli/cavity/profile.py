@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 
 RIM_PX = 3  # a row that is dark up to the rim of the patch belongs to the surface band
 FAINTEST = 0.25  # of the contrast: what is darker than that belongs to a wall, however thin
-SAMPLE = 2000  # pixels that tell the levels
+SAMPLE = 6000  # pixels that tell the levels
 # Between black (0) and the ground (1): what is brighter than the first is ground, darker than the second dark, and a
 # wall brighter than the third is no wall. Where hardly anything is dark beside black, the sphere itself is black.
 BRIGHT, DARK, DARKEST_USEFUL = 0.7, 0.6, 0.75
@@ -208,9 +208,9 @@ def _levels(region: Region, sphere: tuple[int, int, int]) -> tuple[float, float,
 
     ``sphere`` as in `find_body`.
     """
-    apart = max(4, int(math.sqrt((region.levels.shape[0] * region.columns) / SAMPLE)))
     rows, columns = region.levels.shape[0], region.columns
-    sample = np.empty(((rows + apart - 1) // apart) * ((columns + apart - 1) // apart))
+    apart = max(4, int(math.sqrt(rows * columns / SAMPLE)))
+    sample = np.empty(((rows + apart - 1) // apart) * ((columns + apart - 1) // apart), np.float32)
     seen = 0
     for row in range(0, rows, apart):
         for column in range(0, columns, apart):
@@ -231,9 +231,9 @@ def _levels(region: Region, sphere: tuple[int, int, int]) -> tuple[float, float,
 
 
 @compiled
-def _split(sample: Floats, black: float) -> tuple[float, float, float]:
+def _split(sample: NDArray[np.float32], black: float) -> tuple[float, float, float]:
     """Levels of ground and dark of a sample, equal where next to nothing is dark, and the share that is."""
-    part, count = np.empty(sample.size), 0
+    part, count = np.empty_like(sample), 0
     for value in sample:
         part[count] = value  # one that does not count is written over
         count += 1 if value > black + BRIGHT * (1.0 - black) else 0
