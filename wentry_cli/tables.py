@@ -132,7 +132,7 @@ def write_table(folder: Path, name: str, frame: pd.DataFrame) -> Path:
     if missing or unknown:
         raise KeyError(f"{name}.csv: missing columns {missing}, unknown columns {unknown}")
     path = table_path(folder, name)
-    ordered = _typed(frame[table.names], table)
+    ordered = _typed(_ordered(frame, table), table)
     infinite = _infinite(ordered, table)
     if infinite:
         raise ValueError(f"{name}.csv: infinite numbers in {', '.join(infinite)}")
@@ -175,8 +175,7 @@ def _infinite(frame: pd.DataFrame, table: Table) -> list[str]:
     import numpy as np
 
     floats = [column.name for column in table.columns if column.kind == "float"]
-    infinite = np.isinf(frame[floats].to_numpy(float)).any(axis=0)
-    return [name for name, found in zip(floats, infinite, strict=True) if found]
+    return [name for name in floats if np.isinf(frame[name].to_numpy()).any()]
 
 
 def _cells(column: pd.Series[Any], kind: str) -> list[str]:
@@ -215,4 +214,9 @@ def read_table(folder: Path, name: str) -> pd.DataFrame:
         raise InputError(
             f"{path}: column {infinite[0]} holds inf, which wentry does not write; run {table.stage} again"
         )
-    return frame[table.names]
+    return _ordered(frame, table)
+
+
+def _ordered(frame: pd.DataFrame, table: Table) -> pd.DataFrame:
+    """The columns of the schema in its order: the frame itself where it has these."""
+    return frame if list(frame.columns) == list(table.names) else frame[table.names]

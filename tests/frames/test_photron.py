@@ -13,6 +13,8 @@ from recording_bytes import SHARED, cih, cihx, grey, pack_bits, write_photron
 
 from wentry_cli.errors import InputError
 from wentry_cli.frames.formats import open_recording
+from wentry_cli.frames.given_rate import GivenRate
+from wentry_cli.frames.oriented import orient
 
 NEEDS_SPARSE = pytest.mark.skipif(sys.platform == "win32", reason="files with holes take room here")
 EIGHT = grey(6, 4, frames=3).astype(np.uint8)
@@ -44,6 +46,28 @@ def test_twelve_bit_packed_where_rows_and_frames_start_at_half_a_byte(tmp_path: 
         for x0 in range(width):
             region = (x0, height // 2, width, height)
             np.testing.assert_array_equal(recording.read(index, region), levels[index, height // 2 :, x0:])
+
+
+def test_packed_rows_are_those_of_the_file_cropped_and_never_turned(tmp_path: Path) -> None:
+    levels = grey(6, 5, 4095, frames=3)
+    header = cihx(bits=12, depth=12, width=6, height=5)
+    recording = open_recording(write_photron(tmp_path, header, pack_bits(levels, 12)))
+    part = orient(GivenRate(recording, 1000.0), roi_px=(1, 2, 5, 5), frames=(1, 2))
+    stored, first = part.packed_rows(1, (1, 3)) or (EIGHT[0], -1)
+    a, b, c = np.moveaxis(stored.reshape(2, 3, 3).astype(int), 2, 0)
+    pixels = np.stack([(a << 4) | (b >> 4), ((b & 15) << 8) | c], axis=2).reshape(2, 6)
+    np.testing.assert_array_equal(pixels[:, first : first + 4], levels[2, 3:5, 1:5])
+    assert orient(recording, rotate=180).packed_rows(0, (0, 5)) is None
+    assert orient(recording, flip="h").packed_rows(0, (0, 5)) is None
+
+
+@pytest.mark.parametrize(("width", "bits"), [(5, 12), (6, 16), (6, 8)])
+def test_rows_that_are_not_packed_or_begin_within_a_byte_are_not_given(tmp_path: Path, width: int, bits: int) -> None:
+    levels = grey(width, 4, 2**bits - 1, frames=3)
+    header = cihx(bits=bits, depth=bits, width=width, height=4)
+    data = pack_bits(levels, 12) if bits == 12 else levels.astype(f"<u{bits // 8}").tobytes()
+    recording = open_recording(write_photron(tmp_path, header, data))
+    assert orient(recording).packed_rows(0, (0, 4)) is None
 
 
 @pytest.mark.parametrize(("side", "stored"), [("Lower", 1), ("Higher", 16)])

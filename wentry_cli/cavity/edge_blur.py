@@ -18,7 +18,7 @@ STEEPEST_LEAN = 1.0  # px per row: where a wall leans more, hardly anything is l
 THICK_PX = 4.0  # a wall that darkens as far as it can
 FEWEST_EDGES = 12
 SHARPEST_PX, SOFTEST_PX = 0.25, 5.0
-HALVINGS = 12  # of what lies between these two: to a thousandth of a pixel
+MOST_STEPS, CLOSE = 12, 1e-4  # of Newton's method, which at least doubles the right digits; relative
 TYPICAL_PX = 1.0  # where no wall tells it
 
 
@@ -51,18 +51,32 @@ def _blur_across(region: Region, row: int, edge: float, step: int, light: tuple[
     """Blur of an edge along its row from the two pixels about it; outside lies towards ``step``."""
     inner = math.floor(edge) if step > 0 else math.ceil(edge)
     outer = inner + step
-    if min(inner, outer) < 0 or max(inner, outer) >= region.levels.shape[1]:
+    if min(inner, outer) < 0 or max(inner, outer) >= region.columns:
         return math.nan
     rise = (transmission(region, row, outer) - transmission(region, row, inner)) / (light[0] - light[1])
-    within, beyond = abs(edge - inner), abs(outer - edge)
-    low, high = SHARPEST_PX, SOFTEST_PX
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        if _share(within / middle) + _share(beyond / middle) > rise:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high) if low > SHARPEST_PX and high < SOFTEST_PX else math.nan
+    return _blur_of(rise, abs(edge - inner), abs(outer - edge)) if 0.0 < rise < 1.0 else math.nan
+
+
+@compiled
+def _blur_of(rise: float, within: float, beyond: float) -> float:
+    """Blur with which an edge rises by ``rise`` between two points so far from it; NaN where it is out of bounds.
+
+    Newton's method for the reciprocal of the blur: the rise is concave in it, so that each step falls short.
+    """
+    sharpness = rise * math.sqrt(2.0 * math.pi) / (within + beyond)
+    for _ in range(MOST_STEPS):
+        short = rise - _share(within * sharpness) - _share(beyond * sharpness)
+        slope = within * _density(within * sharpness) + beyond * _density(beyond * sharpness)
+        sharpness += short / slope
+        if not short > CLOSE * slope * sharpness:
+            break
+    return 1.0 / sharpness if SHARPEST_PX < 1.0 / sharpness < SOFTEST_PX else math.nan
+
+
+@compiled
+def _density(distance: float) -> float:
+    """Density of a standard normal deviate."""
+    return math.exp(-0.5 * distance * distance) / math.sqrt(2.0 * math.pi)
 
 
 @compiled

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.cavity.profile import CavityProfile, SphereOutline, empty_profile, measure_region, rows_of
-from wentry_cli.cavity.region import region_of
+from wentry_cli.cavity.region import read_region
 from wentry_cli.compiled import compiled
 from wentry_cli.errors import FrameUnreadableError
 from wentry_cli.imaging.background import Background
@@ -80,10 +80,10 @@ def _profile_within(
     if x1 - x0 < NARROWEST_PX or y1 <= y0:
         return empty_profile("out_of_frame")
     try:
-        levels = frames.read(index, (x0, y0, x1, y1))
+        region = read_region(frames, index, (x0, y0, x1, y1), ground)
     except FrameUnreadableError as error:
         return empty_profile(error.status)
-    return measure_region(region_of(levels, x0, y0, ground), sphere, corner=(x0, y0), noise=ground.noise)
+    return measure_region(region, sphere, corner=(x0, y0), noise=ground.noise)
 
 
 def _next_reach(profile: CavityProfile, sphere: SphereOutline, reach: float, radius_px: float) -> float:

@@ -93,7 +93,7 @@ def _edges_at(region: Region, walls: tuple[Floats, Floats], row: int, start: tup
     for side in range(2):
         step = 1 if side == 0 else -1
         for column in range(start[side], middle, step):
-            if min(column, column + step) < 0 or max(column, column + step) >= region.levels.shape[1]:
+            if min(column, column + step) < 0 or max(column, column + step) >= region.columns:
                 break
             outside, inside = transmission(region, row, column), transmission(region, row, column + step)
             if inside < level <= outside:

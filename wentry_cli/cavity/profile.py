@@ -74,12 +74,19 @@ class CavityProfile:
         """Width of the silhouette per row."""
         return self.right_px - self.left_px
 
-    def rows_above(self, lowest_y_px: float, step: int) -> NDArray[np.int64]:
-        """Which rows lie no lower than that, are open, and are among every ``step``-th of the frame."""
-        begin = int(-self.y_px[0] % step)
-        stop = int(np.searchsorted(self.y_px, lowest_y_px, side="right"))
-        rows = np.arange(begin, stop, step)
-        return rows[self.right_px[rows] > self.left_px[rows]]
+    def rows_above(self, lowest_y_px: float, step: int) -> tuple[Floats, Floats, Floats]:
+        """Row, left and right edge where it is open, no lower than that, in every ``step``-th row of the frame."""
+        return _open_rows(self.y_px, self.left_px, self.right_px, lowest_y_px, step)
+
+
+@compiled
+def _open_rows(y: Floats, left: Floats, right: Floats, lowest: float, step: int) -> tuple[Floats, Floats, Floats]:
+    found, count = np.empty((3, y.size // step + 1)), 0
+    for row in range(int(-y[0] % step), y.size, step):
+        if y[row] <= lowest and right[row] > left[row]:
+            found[0, count], found[1, count], found[2, count] = y[row], left[row], right[row]
+            count += 1
+    return found[0, :count], found[1, :count], found[2, :count]
 
 
 def measure_profile(patch: Patch, sphere: SphereOutline, *, surface_y_px: float) -> CavityProfile:
@@ -109,7 +116,7 @@ def measure_region(region: Region, sphere: SphereOutline, *, corner: tuple[int, 
     rows = min(math.floor(sphere.y_px) - first + 1, region.levels.shape[0])
     if rows < FEWEST_ROWS + 1:
         return empty_profile("out_of_frame")
-    axis = min(max(round(sphere.x_px) - x0, 0), region.levels.shape[1] - 1)
+    axis = min(max(round(sphere.x_px) - x0, 0), region.columns - 1)
     equator = min(max(round(sphere.y_px) - first, 0), region.levels.shape[0] - 1)
     places = (axis, max(int(0.35 * sphere.across_px), 2), equator)
     above = max(min(int(sphere.top_y_px) - 2 - first, rows), 0)
@@ -156,8 +163,7 @@ def _measure(
     if not dark < (black + DARKEST_USEFUL * (1.0 - black)) * ground:
         return nothing
     half = 0.5 * (ground + dark)
-    body = find_body(region, _faint_level(ground, dark, noise), sphere)
-    spans = body[0]
+    spans = find_body(region, _faint_level(ground, dark, noise), sphere)
     body_spans = (spans[0][:rows], spans[1][:rows])
     left, right, wall = find_edges(region, body_spans, half, RIM_PX)
     clear = (left[:above], right[:above], wall[:above])
@@ -170,11 +176,11 @@ def _measure(
         seen += 1 if np.isfinite(left[row]) else 0
         if np.isnan(left[row]) and spans[0][row] >= 0:
             hidden += 1 if row >= SURFACE_ROWS else 0
-            if min(spans[0][row], region.levels.shape[1] - 1 - spans[1][row]) < RIM_PX:
+            if min(spans[0][row], region.columns - 1 - spans[1][row]) < RIM_PX:
                 left[row], right[row] = -np.inf, np.inf
     if seen < FEWEST_ROWS:
         return nothing
-    closed = find_closed_rows(region, body, rows, half)
+    closed = find_closed_rows(region, spans, rows, half)
     for row in range(rows):
         if closed[row]:
             left[row] = right[row] = np.nan
@@ -202,9 +208,9 @@ def _levels(region: Region, sphere: tuple[int, int, int]) -> tuple[float, float,
 
     ``sphere`` as in `find_body`.
     """
-    apart = max(4, int(math.sqrt(region.levels.size / SAMPLE)))
-    rows, columns = region.levels.shape
-    sample = np.empty(((rows + apart - 1) // apart) * ((columns + apart - 1) // apart))
+    rows, columns = region.levels.shape[0], region.columns
+    apart = max(4, int(math.sqrt(rows * columns / SAMPLE)))
+    sample = np.empty(((rows + apart - 1) // apart) * ((columns + apart - 1) // apart), np.float32)
     seen = 0
     for row in range(0, rows, apart):
         for column in range(0, columns, apart):
@@ -225,9 +231,9 @@ def _levels(region: Region, sphere: tuple[int, int, int]) -> tuple[float, float,
 
 
 @compiled
-def _split(sample: Floats, black: float) -> tuple[float, float, float]:
+def _split(sample: NDArray[np.float32], black: float) -> tuple[float, float, float]:
     """Levels of ground and dark of a sample, equal where next to nothing is dark, and the share that is."""
-    part, count = np.empty(sample.size), 0
+    part, count = np.empty_like(sample), 0
     for value in sample:
         part[count] = value  # one that does not count is written over
         count += 1 if value > black + BRIGHT * (1.0 - black) else 0
@@ -245,7 +251,7 @@ def _level_within(region: Region, sphere: tuple[int, int, int]) -> float:
     axis, reach, equator = sphere
     total, count = 0.0, 0
     for row in range(max(equator - reach, 0), min(equator + 1, region.levels.shape[0])):
-        for column in range(max(axis - reach, 0), min(axis + reach + 1, region.levels.shape[1])):
+        for column in range(max(axis - reach, 0), min(axis + reach + 1, region.columns)):
             value = transmission(region, row, column)
             if np.isfinite(value):
                 total += value

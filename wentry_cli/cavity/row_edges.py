@@ -55,7 +55,7 @@ def find_edges(region: Region, spans: tuple[Ints, Ints], level: float, rim: int)
 
     ``spans`` are the first and the last column of the body per row, -1 where there is none.
     """
-    rows, columns = spans[0].size, region.levels.shape[1]
+    rows, columns = spans[0].size, region.columns
     left, right, wall = np.full(rows, np.nan), np.full(rows, np.nan), np.zeros(rows)
     for row in range(rows):
         first, last = spans[0][row], spans[1][row]
@@ -75,7 +75,7 @@ def _missing_light(region: Region, row: int, span: tuple[int, int], light: tuple
     """Width of a fully dark bar that takes away as much light as the row does, and the centre of what is missing."""
     ground, dark = light
     total, moment = 0.0, 0.0
-    for column in range(max(span[0] - 5, 0), min(span[1] + 6, region.levels.shape[1])):
+    for column in range(max(span[0] - 5, 0), min(span[1] + 6, region.columns)):
         missing = (ground - transmission(region, row, column)) / (ground - dark)
         if np.isfinite(missing):
             total += missing
@@ -146,7 +146,7 @@ def mend_thin_walls(
     """
     left, right, wall = edges
     thinnest, thickest = THIN_WALL[0] * blur, THIN_WALL[1] * blur
-    rows, columns = left.size, region.levels.shape[1]
+    rows, columns = left.size, region.columns
     width = right - left
     thin, thick = np.zeros(rows, np.bool_), np.zeros(rows, np.bool_)
     for row in range(rows):

@@ -202,11 +202,13 @@ def _without_leap(track: NeckTrack) -> NeckTrack:
     A row leaps that lies off the line through the ones before by pixels and by far more than these do.
     """
     for k in range(max(LEAP_ROWS, track.frame.size - LAST_ROWS), track.frame.size):
+        if not track.radius_px[k] < LEAP_SHARE * track.radius_px[k - 1]:
+            continue
         before = slice(k - LEAP_ROWS, k)
         line = np.polyfit(track.frame[before], track.y_px[before], 1)
         scatter = float(np.std(track.y_px[before] - np.polyval(line, track.frame[before])))
         off = abs(track.y_px[k] - float(np.polyval(line, track.frame[k])))
-        if off > max(LEAP_PX, LEAP_SIGMA * scatter) and track.radius_px[k] < LEAP_SHARE * track.radius_px[k - 1]:
+        if off > max(LEAP_PX, LEAP_SIGMA * scatter):
             return track.until(k)
     return track
 

@@ -48,46 +48,82 @@ def smooth_wall(edge: Floats, ledges: Floats) -> tuple[Floats, float]:
 @compiled
 def _leave_out_bumps(edge: Floats, clean: Floats) -> None:
     """Make those rows of ``clean`` NaN that stand out of the morphological opening of ``edge``."""
-    rows, half = edge.size, BUMP_ROWS // 2
-    lowest = np.empty(rows)
-    for row in range(rows):
-        lowest[row] = np.inf
-        for other in range(max(row - half, 0), min(row + half + 1, rows)):
-            lowest[row] = min(lowest[row], HOLE_PX if np.isnan(edge[other]) else edge[other])
-    for row in range(rows):
-        opened = -np.inf
-        for other in range(max(row - half, 0), min(row + half + 1, rows)):
-            opened = max(opened, lowest[other])
-        if edge[row] - opened > BUMP_PX:
+    filled = edge.copy()
+    for row in range(edge.size):
+        if np.isnan(edge[row]):
+            filled[row] = HOLE_PX
+    opened = -_lowest_near(-_lowest_near(filled))
+    for row in range(edge.size):
+        if edge[row] - opened[row] > BUMP_PX:
             clean[row] = np.nan
 
 
 @compiled
+def _lowest_near(values: Floats) -> Floats:
+    """The lowest of the values over ``BUMP_ROWS`` rows about each one, by minima over twice as many rows each time."""
+    half = BUMP_ROWS // 2
+    lowest = np.full(values.size + 2 * half, np.inf)
+    lowest[half : half + values.size] = values
+    over = 1
+    while 2 * over <= BUMP_ROWS:
+        for row in range(lowest.size - over):
+            lowest[row] = min(lowest[row], lowest[row + over])
+        over *= 2
+    least: Floats = np.minimum(lowest[: values.size], lowest[BUMP_ROWS - over :][: values.size])
+    return least
+
+
+@compiled
 def _local_parabola(edge: Floats, half: int, jump: float, smooth: Floats) -> None:
-    for row in range(edge.size):
-        smooth[row] = np.nan
+    """Fill ``smooth`` with the parabolas through up to ``half`` rows on either side, as far as the edge does not jump.
+
+    Without a jump or an end these are constant weights (Savitzky and Golay 1964).
+    """
+    rows = edge.size
+    steady = np.zeros(rows, np.int64)  # rows before this one without a jump
+    for row in range(1, rows):
+        steady[row] = steady[row - 1] + 1 if abs(edge[row] - edge[row - 1]) <= jump else 0
+    weights = _weights(half)
+    for row in range(rows):
         if not np.isfinite(edge[row]):
-            continue
-        low = row
-        while low > max(row - half, 0) and abs(edge[low - 1] - edge[low]) <= jump:
-            low -= 1
-        high = row
-        while high < min(row + half, edge.size - 1) and abs(edge[high + 1] - edge[high]) <= jump:
-            high += 1
-        n, s1, s2, s3, s4, t0, t1, t2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for other in range(low, high + 1):
-            d = float(other - row)
-            n += 1.0
-            s1 += d
-            s2 += d * d
-            s3 += d * d * d
-            s4 += d * d * d * d
-            t0 += edge[other]
-            t1 += edge[other] * d
-            t2 += edge[other] * d * d
-        if n < 5.0:
-            smooth[row] = t0 / n if n < 3.0 else (t0 * s2 - t1 * s1) / (n * s2 - s1 * s1)
-            continue
-        determinant = n * (s2 * s4 - s3 * s3) - s1 * (s1 * s4 - s2 * s3) + s2 * (s1 * s3 - s2 * s2)
-        value = t0 * (s2 * s4 - s3 * s3) - s1 * (t1 * s4 - s3 * t2) + s2 * (t1 * s3 - s2 * t2)
-        smooth[row] = value / determinant
+            smooth[row] = np.nan
+        elif row >= half and row + half < rows and steady[row + half] >= 2 * half:
+            smooth[row] = 0.0
+            for k in range(2 * half + 1):
+                smooth[row] += weights[k] * edge[row - half + k]
+        else:
+            high = row
+            while high < min(row + half, rows - 1) and steady[high + 1] > 0:
+                high += 1
+            smooth[row] = _parabola_at(edge, row, row - min(half, steady[row]), high)
+
+
+@compiled
+def _weights(half: int) -> Floats:
+    """What each row counts in the middle of the least-squares parabola through ``half`` rows on either side."""
+    weights, unit = np.empty(2 * half + 1), np.zeros(2 * half + 1)
+    for k in range(unit.size):
+        unit[:] = 0.0
+        unit[k] = 1.0
+        weights[k] = _parabola_at(unit, half, 0, 2 * half)
+    return weights
+
+
+@compiled
+def _parabola_at(edge: Floats, row: int, low: int, high: int) -> float:
+    """The least-squares parabola through the rows from ``low`` to ``high`` at ``row``; of few rows a line or a mean."""
+    n, s1, s2, s3, s4, t0, t1, t2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for other in range(low, high + 1):
+        d = float(other - row)
+        n += 1.0
+        s1 += d
+        s2 += d * d
+        s3 += d * d * d
+        s4 += d * d * d * d
+        t0 += edge[other]
+        t1 += edge[other] * d
+        t2 += edge[other] * d * d
+    if n < 5.0:
+        return t0 / n if n < 3.0 else (t0 * s2 - t1 * s1) / (n * s2 - s1 * s1)
+    determinant = n * (s2 * s4 - s3 * s3) - s1 * (s1 * s4 - s2 * s3) + s2 * (s1 * s3 - s2 * s2)
+    return (t0 * (s2 * s4 - s3 * s3) - s1 * (t1 * s4 - s3 * t2) + s2 * (t1 * s3 - s2 * t2)) / determinant

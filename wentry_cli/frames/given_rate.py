@@ -22,6 +22,7 @@ class GivenRate:
             raise ConfigurationError(f"{recording.info.path}: a frame rate of {fps:g} is impossible; give it in 1/s")
         self._recording = recording
         self.close = recording.close
+        self.packed_rows = getattr(recording, "packed_rows", None)
         self.info = replace(recording.info, fps=float(fps), fps_source=RATE_GIVEN)
 
     def read(self, index: int, region: Region | None = None) -> Frame:

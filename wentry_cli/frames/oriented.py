@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.errors import InputError
+from wentry_cli.frames.packed import PackedRows
 from wentry_cli.frames.reader import Frame, Recording, Region, checked_index, checked_region
 
 FLIPS = ("none", "h", "v")
@@ -116,3 +117,14 @@ class Oriented:
         left, top = self.origin_px
         raw = self._turn.raw_region((x0 + left, y0 + top, x1 + left, y1 + top))
         return self._turn.apply(self._recording.read(self.first_index + index, raw))
+
+    def packed_rows(self, index: int, rows: tuple[int, int]) -> PackedRows | None:
+        """Return rows of frame ``index`` as the recording stores them; None where it packs none, or they are turned."""
+        read = getattr(self._recording, "packed_rows", None)
+        if read is None or self._turn.rotate or self._turn.flip != "none":
+            return None
+        left, top = self.origin_px
+        found: PackedRows | None = read(
+            self.first_index + checked_index(index, self.info), (rows[0] + top, rows[1] + top)
+        )
+        return found and (found[0], found[1] + left)

@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
 
+PackedRows = tuple[NDArray[np.uint8], int]
+"""Whole rows of 12-bit pixels as they are stored: bytes (rows, 3 for two pixels), and in which pixel column 0 lies."""
+
 
 @compiled
 def unpack_12bit(packed: NDArray[np.uint8], start: int, stride: int, out: NDArray[np.uint16]) -> None:

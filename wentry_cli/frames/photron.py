@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.errors import InputError
 from wentry_cli.frames.blocks import BlockFile
-from wentry_cli.frames.packed import unpack_12bit
+from wentry_cli.frames.packed import PackedRows, unpack_12bit
 from wentry_cli.frames.photron_header import PhotronHeader, read_photron_header
 from wentry_cli.frames.reader import Frame, RecordingInfo, Region, checked_index, checked_region
 
@@ -141,6 +141,18 @@ class PhotronRecording:
         if self._header.shift:
             levels >>= self._header.shift
         return levels
+
+    def packed_rows(self, index: int, rows: tuple[int, int]) -> PackedRows | None:
+        """Return rows (first, behind the last) of frame ``index`` as they are stored, valid until the next is read.
+
+        None where they are not packed, or do not begin with a byte.
+        """
+        x0, y0, x1, y1 = checked_region((0, rows[0], self._header.width, rows[1]), self.info)
+        if self._header.stored_bits != 12 or self._header.shift or x1 % 2:
+            return None
+        stride = 3 * x1 // 2
+        first = (checked_index(index, self.info) * self._header.height + y0) * stride
+        return self._mraw.read(first, (y1 - y0) * stride).reshape(-1, stride), x0
 
     def _read_packed(self, first: int, window: tuple[int, int, int]) -> Frame:
         x0, x1, rows = window

@@ -102,8 +102,9 @@ def _residuals(record: Record, theta: Array) -> tuple[Array, Array, Array]:
     result = smooth(record, theta)
     rows = record.nodes[record.nodes[:, 3] < 0]
     times = record.origin_s + rows[:, 0] * record.interval_s
-    fitted = result.evaluate(times)[0][:, 0] / record.noise_m - record.polynomial(rows[:, 0])[:, 0]
-    leverage = np.minimum(result.leverage(times, rows[:, 2] * record.noise_m**2), 1.0 - 1e-9)
+    states, covariance = result.evaluate(times)
+    fitted = states[:, 0] / record.noise_m - record.polynomial(rows[:, 0])[:, 0]
+    leverage = np.minimum(result.leverage(covariance, rows[:, 2] * record.noise_m**2), 1.0 - 1e-9)
     return (rows[:, 1] - fitted) / np.sqrt(rows[:, 2]), leverage, fitted
 
 

@@ -107,30 +107,36 @@ def find_oscillation(
     while extrema and not extrema[0].peak and not unseen:
         extrema = extrema[1:]
     spacing = np.gradient([e.time_s for e in extrema]) if len(extrema) > 1 else np.full(len(extrema), np.inf)
-    extrema = tuple(_with_common(e, track, spread[after], 0.5 * half) for e, half in zip(extrema, spacing, strict=True))
+    bends = np.abs(track.evaluate(np.array([e.time_s for e in extrema])).acceleration)
+    beside = zip(extrema, 0.5 * spacing, bends.tolist(), strict=True)
+    extrema = tuple(_with_common(e, track, spread[after], *other) for e, *other in beside)
     periods = _periods(track, extrema, unseen)
     return Oscillation(extrema, periods, track, "ok" if periods else "too_few")
 
 
 def _fine_times(track: SmoothTrack) -> Array:
-    """Times FINE to a step between measured frames."""
-    t = track.frames.times_s
-    parts = [np.linspace(a, b, FINE, endpoint=False) for a, b in pairwise(t)]
-    return np.concatenate([*parts, t[-1:]])
+    """Times (n, FINE + 1) from frame to frame where λ̇ may vanish between: it changes at no more than twice λ̈."""
+    frames = track.frames
+    step, rate, bend = np.diff(frames.times_s), frames.velocity, np.abs(frames.acceleration)
+    reach = 2.0 * step * np.maximum(bend[:-1], bend[1:])
+    near = (rate[:-1] * rate[1:] <= 0.0) | (np.minimum(np.abs(rate[:-1]), np.abs(rate[1:])) < reach)
+    return np.linspace(frames.times_s[:-1][near], frames.times_s[1:][near], FINE + 1, axis=1)
 
 
 def _extrema(track: SmoothTrack) -> tuple[Extremum, ...]:
     """Every root of λ̇ with its kind, by the secant through the bracketing samples and one Newton step."""
-    times = _fine_times(track)
-    rate = track.evaluate(times).velocity
-    i = np.flatnonzero(rate[:-1] * rate[1:] < 0.0)
-    secant = times[i] - rate[i] * (times[i + 1] - times[i]) / (rate[i + 1] - rate[i])
+    fine = _fine_times(track)
+    rates = track.evaluate(fine.ravel()).velocity.reshape(fine.shape)
+    between = rates[:, :-1] * rates[:, 1:] < 0.0
+    start, end = fine[:, :-1][between], fine[:, 1:][between]
+    rate, after = rates[:, :-1][between], rates[:, 1:][between]
+    secant = start - rate * (end - start) / (after - rate)
     there = track.evaluate(secant)
-    step = np.divide(-there.velocity, there.acceleration, out=np.zeros(i.size), where=there.acceleration != 0.0)
-    roots = track.evaluate(np.clip(secant + step, times[i], times[i + 1]))
+    step = np.divide(-there.velocity, there.acceleration, out=np.zeros(rate.size), where=there.acceleration != 0.0)
+    roots = track.evaluate(np.clip(secant + step, start, end))
     bend = np.abs(roots.acceleration)
-    unc = np.divide(roots.velocity_unc, bend, out=np.zeros(i.size), where=bend > 0.0)
-    columns = (roots.times_s, unc, roots.position, roots.position_unc, rate[i] > 0.0)
+    unc = np.divide(roots.velocity_unc, bend, out=np.zeros(rate.size), where=bend > 0.0)
+    columns = (roots.times_s, unc, roots.position, roots.position_unc, rate > 0.0)
     return tuple(Extremum(*row) for row in zip(*(column.tolist() for column in columns), strict=True))
 
 
@@ -152,14 +158,13 @@ def _significant(extrema: tuple[Extremum, ...], minimum_swing: float) -> tuple[E
     return tuple(kept)
 
 
-def _with_common(extremum: Extremum, track: SmoothTrack, stated: Array, quarter_s: float) -> Extremum:
-    """Add what the frames around an extremum do not know together, in quadrature."""
+def _with_common(extremum: Extremum, track: SmoothTrack, stated: Array, quarter_s: float, bend: float) -> Extremum:
+    """Add what the frames around an extremum do not know together, in quadrature; ``bend`` is its |λ̈|."""
     times = track.frames.times_s
     near = np.argsort(np.abs(times - extremum.time_s), kind="stable")[:NEAR]
     common = unseen_part(track.residual[near], stated[near])
     stretch_unc = float(np.hypot(extremum.stretch_unc, common))
-    bend = abs(float(track.evaluate(extremum.time_s).acceleration[0])) or np.inf
-    doubts = (extremum.time_unc_s, beside_gap(extremum.time_s, times), common / quarter_s / bend)
+    doubts = (extremum.time_unc_s, beside_gap(extremum.time_s, times), common / quarter_s / (bend or np.inf))
     time_unc = float(np.linalg.norm(doubts))
     return replace(extremum, stretch_unc=stretch_unc, time_unc_s=time_unc, common_unc=common)
 

@@ -165,8 +165,9 @@ def late_suspects(
     """
     suspect = np.ones(times.size, dtype=bool)
     for result in passes:
-        residual = position - result.evaluate(times)[0][:, 0]
-        own = result.leverage(times, variance)
+        states, covariance = result.evaluate(times)
+        residual = position - states[:, 0]
+        own = result.leverage(covariance, variance)
         score = residual / np.sqrt(variance * np.where(used, 1.0 - np.minimum(own, 1.0 - 1e-9), 1.0 + own))
         limit = LATE * MAD_TO_SD * float(np.median(np.abs(score[used])))
         suspect &= (np.abs(score) > limit) & (np.abs(residual) > 1e-9 * float(np.ptp(position)))

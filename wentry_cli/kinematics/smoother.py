@@ -169,13 +169,21 @@ def _blend(mixture: Mixture, times: Array, events: Array, before: bool) -> Track
         distance = np.min(np.abs(times[:, None] - events[None, :]), axis=1) / mixture[0][1].record.interval_s
         near = NEAR_EVENT_SHARE * np.clip(2.0 - distance / NEAR_EVENT_FRAMES, 0.0, 1.0)
     states, squares = np.zeros((times.size, 3)), np.zeros((times.size, 3, 3))
-    first, _ = mixture[0][1].evaluate(times, before=before)
-    for share, smoothing in mixture:
-        weight = share * (1.0 - near) if share > 0.0 else near
-        own, spread = smoothing.evaluate(times, before=before)
-        off = own - first
-        states += weight[:, None] * off
-        squares += weight[:, None, None] * (spread + off[:, :, None] * off[:, None, :])
+    record = mixture[0][1].record
+    places = record.places(times, before=before)
+    first = np.zeros((times.size, 3))
+    for member, (share, smoothing) in enumerate(mixture):
+        part = np.flatnonzero(near) if share == 0.0 else slice(None)
+        weight = near[part] if share == 0.0 else share * (1.0 - near)
+        if smoothing.record is record:
+            own, spread = smoothing.at(places)
+        else:
+            own, spread = smoothing.evaluate(times[part], before=before)
+        if member == 0:
+            first = own
+        off = own - first[part]
+        states[part] += weight[:, None] * off
+        squares[part] += weight[:, None, None] * (spread + off[:, :, None] * off[:, None, :])
     covariance = squares - states[:, :, None] * states[:, None, :]
     states += first
     return TrackState(times, states[:, 0], states[:, 1], states[:, 2], covariance)

@@ -29,6 +29,15 @@ class Ballistic:
 
 
 @dataclass(frozen=True)
+class Places:
+    """Times (n,) as a record counts them, in frames, the last node at or before each, and the centring polynomial."""
+
+    frames: Array
+    anchors: NDArray[np.int64]
+    polynomial: Array
+
+
+@dataclass(frozen=True)
 class Record:
     """A record in dimensionless form: frames and noise as units, centred on a polynomial.
 
@@ -48,6 +57,14 @@ class Record:
     def frames(self, times_s: Array) -> Array:
         """Return times in frame intervals after the first frame."""
         return (np.asarray(times_s, dtype=float) - self.origin_s) / self.interval_s
+
+    def places(self, times_s: Array, *, before: bool = False) -> Places:
+        """Return where these times lie in the record; the instant of an event lies after it, or ``before`` it."""
+        frames = self.frames(times_s)
+        # rounding must not push an event's own instant to its wrong side
+        nudged = frames - 1e-9 if before else frames + 1e-9
+        anchors = np.searchsorted(self.nodes[:, 0], nudged, side="right") - 1
+        return Places(frames, anchors.astype(np.int64), self.polynomial(frames))
 
     def polynomial(self, frames: Array) -> Array:
         """Return the centring polynomial's first three derivatives, (n, 3), per frame and noise."""
@@ -143,15 +160,14 @@ class StatePass:
 
     def evaluate(self, times_s: Array, *, before: bool = False) -> tuple[Array, Array]:
         """Return states (n, 3) and covariances (n, 3, 3) in m, m/s, m/s²; at an event: after it, or ``before``."""
+        return self.at(self.record.places(times_s, before=before))
+
+    def at(self, places: Places) -> tuple[Array, Array]:
+        """As ``evaluate``, at places of its record."""
         record = self.record
-        queries = record.frames(times_s)
-        starts = record.nodes[:, 0]
-        # rounding must not push an event's own instant to its wrong side
-        nudged = queries - 1e-9 if before else queries + 1e-9
-        anchors = np.searchsorted(starts, nudged, side="right") - 1
         deviation, spread = two_filters.evaluate(
-            queries,
-            anchors.astype(np.int64),
+            places.frames,
+            places.anchors,
             record.nodes,
             self.law,
             record.events,
@@ -161,14 +177,16 @@ class StatePass:
             self.ahead,
         )
         unit = record.noise_m / record.interval_s ** np.arange(3)
-        states = (deviation[:, :3] + record.polynomial(queries)) * unit
+        states = (deviation[:, :3] + places.polynomial) * unit
         covariance = spread[:, :3, :3] * np.outer(unit, unit) * self.noise_scale**2
         return states, covariance
 
-    def leverage(self, times_s: Array, variance: Array) -> Array:
-        """Return V/r: of a frame that was used, the share of its own measurement in its smoothed position (< 1)."""
-        spread = self.evaluate(times_s)[1][:, 0, 0] / self.noise_scale**2
-        return np.asarray(np.maximum(spread, 0.0) / variance)
+    def leverage(self, covariance: Array, variance: Array) -> Array:
+        """Return V/r: of a frame that was used, the share of its own measurement in its smoothed position (< 1).
+
+        ``covariance`` is the one that ``evaluate`` gives at the frame.
+        """
+        return np.asarray(np.maximum(covariance[:, 0, 0] / self.noise_scale**2, 0.0) / variance)
 
 
 def smooth(record: Record, theta: Array) -> StatePass:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,32 +36,34 @@ logger = logging.getLogger(__name__)
 ROWS_PER_RADIUS = 20  # cavity.csv keeps every third row of a sphere of 60 px
 
 
-@dataclass
 class _Rows:
-    """Columns of cavity.csv, collected frame by frame: frame, axis, rows, left and right edges, px."""
+    """Columns of cavity.csv, collected frame by frame: every some row between the surface and the contact line."""
 
-    parts: list[tuple[int, Floats, Floats, Floats, Floats]]
+    def __init__(self, view: SideView) -> None:
+        self._view = view
+        self._step = max(2, round(view.radius_px / ROWS_PER_RADIUS))
+        self._frames: list[int] = []
+        self._parts: list[tuple[Floats, Floats, Floats]] = []  # rows, left and right edges, px
 
-    def add(self, frame: int, profile: CavityProfile, view: SideView) -> None:
-        """Add the walls of one frame: every ``step``-th row between the surface and the contact line."""
-        sphere = view.spheres[frame]
+    def add(self, frame: int, profile: CavityProfile) -> None:
+        """Add the walls of one frame."""
+        sphere = self._view.spheres[frame]
         assert sphere is not None
-        step = max(2, round(view.radius_px / ROWS_PER_RADIUS))
-        foot = view.separation_px[frame]
-        lowest = foot if np.isfinite(foot) else sphere.top_y_px
-        kept = profile.rows_above(lowest, step)
-        if kept.size:
-            rows = profile.y_px[kept]
-            axis = view.plumb(sphere.x_px, sphere.y_px, rows)
-            self.parts.append((frame, axis, rows, profile.left_px[kept], profile.right_px[kept]))
+        foot = self._view.separation_px[frame]
+        self._frames.append(frame)
+        self._parts.append(profile.rows_above(foot if np.isfinite(foot) else sphere.top_y_px, self._step))
 
-    def table(self, view: SideView) -> dict[str, Any]:
+    def table(self) -> dict[str, Any]:
         """All columns, a row per frame and row of the profile."""
-        if not self.parts:
+        if not self._parts:
             return {name: [] for name in ("frame", "t_s", "wall", "y_m", "left_m", "right_m")}
-        frame = np.repeat([part[0] for part in self.parts], [part[2].size for part in self.parts])
-        x_px, y_px, left_px, right_px = (np.concatenate([part[k] for part in self.parts]) for k in (1, 2, 3, 4))
-        axis, y_m = view.metres(x_px, y_px)
+        view = self._view
+        sizes = [part[0].size for part in self._parts]
+        frame = np.repeat(self._frames, sizes)
+        y_px, left_px, right_px = (np.concatenate([part[k] for part in self._parts]) for k in range(3))
+        centres = [(sphere.x_px, sphere.y_px) for sphere in map(view.spheres.__getitem__, self._frames) if sphere]
+        x_px, at_px = np.repeat(centres, sizes, axis=0).T
+        axis, y_m = view.metres(view.plumb(x_px, at_px, y_px), y_px)
         t_s = view.t_s[frame]
         return {
             "frame": frame,
@@ -80,12 +81,12 @@ def run(folder: Path, drop: Drop) -> None:
     Frames are read one after the other, only between surface and sphere; memory does not grow with their number beyond
     the rows of the tables. In cavity.csv a frame without a profile has no rows.
     """
-    view = read_side_view(folder, drop)
-    rows, follower = _Rows([]), NeckFollower()
-    count = view.t_s.size
-    tops, apexes = np.full(count, np.nan), np.full(count, np.nan)
     clip = open_clip(folder, drop, "side")
     try:
+        view = read_side_view(folder, drop, clip)
+        rows, follower = _Rows(view), NeckFollower()
+        count = view.t_s.size
+        tops, apexes = np.full(count, np.nan), np.full(count, np.nan)
         ground, _ = flat_field(drop, "side", clip)
         clip.release()
         profiles = measure_profiles(
@@ -94,7 +95,7 @@ def run(folder: Path, drop: Drop) -> None:
         for frame, profile in profiles:
             tick(frame, count)
             if profile.status == "ok":
-                rows.add(frame, profile, view)
+                rows.add(frame, profile)
                 follower.add(frame, _necks(profile))
                 tops[frame] = profile.top_y_px
                 apexes[frame] = view.apex(profile)
@@ -105,7 +106,7 @@ def run(folder: Path, drop: Drop) -> None:
         logger.warning(f"{drop.name}: {NOTHING_SEEN}")
     tracks = follower.tracks()
     seal = find_seal(tracks, _scene(view, (tops, apexes), dome, frozenset(frame for frame, _ in clip.unreadable)))
-    write_table(folder, "cavity", new_table("cavity", rows.table(view)))
+    write_table(folder, "cavity", new_table("cavity", rows.table()))
     write_table(folder, "neck", new_table("neck", _neck_columns(tracks, seal, view)))
     events = _events(view, seal, dome)
     write_table(folder, "events", new_table("events", {name: [row[name] for row in events] for name in events[0]}))
@@ -138,36 +139,33 @@ def _scene(view: SideView, tops: tuple[Floats, Floats], dome: Dome, unreadable: 
 
 def _neck_columns(tracks: Sequence[NeckTrack], seal: Seal, view: SideView) -> dict[str, Any]:
     """Necks of the open cavity: none after its closure, none inside the sphere, numbered by first appearance."""
-    names = ("frame", "t_s", "neck", "y_m", "radius_m", "radius_m_unc")
-    rows: list[dict[str, Any]] = []
-    number = 0
+    parts: list[tuple[NDArray[Any], ...]] = []
     for track in tracks:
         tops = np.array([view.spheres[frame].top_y_px for frame in track.frame])  # type: ignore[union-attr]
         kept = track.y_px < tops
         if seal.status == "ok":
             kept &= (view.t_s[track.frame] < seal.t_s) & (track.radius_px > 0.0)
-        if kept.sum() < 3:
-            continue
-        number += 1
-        for k in np.flatnonzero(kept):
-            rows.append(_neck_row(track, int(k), number, view))
-    rows.sort(key=lambda row: (row["frame"], row["neck"]))
-    return {name: [row[name] for row in rows] for name in names}
-
-
-def _neck_row(track: NeckTrack, k: int, number: int, view: SideView) -> dict[str, Any]:
-    x_px = view.below_impact(track.y_px[k])
-    axis, y_m = view.metres(x_px, track.y_px[k])
-    radius = float(view.metres(x_px + track.radius_px[k], track.y_px[k])[0] - axis)
-    pixel = float(view.metres(x_px + 1.0, track.y_px[k])[0] - axis)
-    unc = np.hypot(track.radius_unc_px[k], EDGE_MODEL_PX) * pixel
+        if kept.sum() >= 3:
+            number = np.full(kept.sum(), len(parts) + 1)
+            values = (track.frame, track.y_px, track.radius_px, track.radius_unc_px)
+            parts.append((number, *(column[kept] for column in values)))
+    if not parts:
+        return {name: [] for name in ("frame", "t_s", "neck", "y_m", "radius_m", "radius_m_unc")}
+    neck, frame, y_px, radius_px, unc_px = (np.concatenate(column) for column in zip(*parts, strict=True))
+    order = np.lexsort((neck, frame))
+    neck, frame, y_px, radius_px, unc_px = neck[order], frame[order], y_px[order], radius_px[order], unc_px[order]
+    x_px = view.plumb(view.pixels.surface_x_px, view.pixels.surface_y_px, y_px)
+    axis, y_m = view.metres(x_px, y_px)
+    radius = view.metres(x_px + radius_px, y_px)[0] - axis
+    pixel = view.metres(x_px + 1.0, y_px)[0] - axis
+    unc = np.hypot(unc_px, EDGE_MODEL_PX) * pixel
     return {
-        "frame": int(track.frame[k]),
-        "t_s": float(view.t_s[track.frame[k]]),
-        "neck": number,
-        "y_m": float(y_m),
+        "frame": frame,
+        "t_s": view.t_s[frame],
+        "neck": neck,
+        "y_m": y_m,
         "radius_m": radius,
-        "radius_m_unc": float(np.hypot(unc, radius * view.scale_unc)),
+        "radius_m_unc": np.hypot(unc, radius * view.scale_unc),
     }
 
 

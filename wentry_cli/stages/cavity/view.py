@@ -14,7 +14,7 @@ from wentry_cli.cavity.detachment import find_apex, hidden_rows
 from wentry_cli.cavity.follow import sphere_outlines
 from wentry_cli.cavity.nested import CavityStart, find_cavity_starts
 from wentry_cli.cavity.profile import CavityProfile, SphereOutline
-from wentry_cli.stages.inputs.clip import open_clip
+from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.stages.track.scales import Scales, height_unc
 from wentry_cli.tables import read_table
 from wentry_cli.tracking.scale import PixelMap, pixel_to_metre
@@ -78,8 +78,8 @@ class SideView:
         return t_s, float(np.hypot(t_unc_s, np.nan_to_num(self.impact_unc_s)))
 
 
-def read_side_view(folder: Path, drop: Drop) -> SideView:
-    """What stage track measured of the side view."""
+def read_side_view(folder: Path, drop: Drop, clip: Clip) -> SideView:
+    """What stage track measured of the side view, of which ``clip`` are the frames."""
     side, geometry = read_table(folder, "side"), read_table(folder, "geometry")
     row = geometry[geometry["view"] == "side"].iloc[0]
     column = {name: side[name].to_numpy(float) for name in side.columns if name not in {"status", "y_b_source"}}
@@ -87,9 +87,7 @@ def read_side_view(folder: Path, drop: Drop) -> SideView:
     scales = Scales(
         air, float(row["scale_px_per_m_unc"]), water, float(row["scale_water_px_per_m_unc"]), str(row["scale_source"])
     )
-    clip = open_clip(folder, drop, "side")
     axis_x = clip.opened.middle_px[0]
-    clip.close()
     surface, roll = float(row["surface_y_px"]), math.radians(np.nan_to_num(row["roll_deg"]))
     level_at = float(np.nan_to_num(row["surface_x_px"]))
     pixels = PixelMap(air, water, surface, axis_x, float(row["optical_axis_y_px"]), level_at, roll)

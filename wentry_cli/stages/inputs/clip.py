@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.errors import FrameUnreadableError, InputError
 from wentry_cli.frames.decoded import found_once
+from wentry_cli.frames.packed import PackedRows
 from wentry_cli.imaging.background import Background, build_background
 from wentry_cli.imaging.ground import sample_indices
 from wentry_cli.stages.ingest import OpenView, open_view
@@ -50,8 +51,7 @@ class Clip:
 
     def read(self, index: int, region: tuple[int, int, int, int] | None = None) -> NDArray[Any]:
         """Raw grey levels of a frame or of a region of it."""
-        if index in self._bad:
-            raise FrameUnreadableError(f"frame {index} could not be read before", self._bad[index])
+        self._check(index)
         kept = self._kept.get(index)
         if kept is None:
             return np.asarray(self.opened.recording.read(index, region))
@@ -59,6 +59,15 @@ class Clip:
             return kept
         x0, y0, x1, y1 = region
         return kept[y0:y1, x0:x1]
+
+    def packed_rows(self, index: int, rows: tuple[int, int]) -> PackedRows | None:
+        """Rows (first, behind the last) of a frame as they are stored, valid until the next is read, or None."""
+        self._check(index)
+        return self.opened.recording.packed_rows(index, rows)
+
+    def _check(self, index: int) -> None:
+        if index in self._bad:
+            raise FrameUnreadableError(f"frame {index} could not be read before", self._bad[index])
 
     def sample(self) -> tuple[NDArray[Any], list[int]]:
         """Read and keep frames that show the whole clip: (frames, rows, columns) and their indices. Bounded in memory.
