@@ -83,8 +83,14 @@ def wave(rows: Floats, number: int, sine: bool) -> Floats:
     """A wave of unit amplitude round the sphere at each sector, its phase 0 at the bottom."""
     shape = np.empty(rows.shape[0])
     for k in range(rows.shape[0]):
-        angle = number * math.atan2(rows[k, NX], rows[k, NY])
-        shape[k] = math.sin(angle) if sine else math.cos(angle)
+        # powers of the unit number that turns with the normal
+        real, imaginary = rows[k, NY], rows[k, NX]
+        for _ in range(number - 1):
+            real, imaginary = (
+                real * rows[k, NY] - imaginary * rows[k, NX],
+                real * rows[k, NX] + imaginary * rows[k, NY],
+            )
+        shape[k] = imaginary if sine else real
     return shape
 
 
