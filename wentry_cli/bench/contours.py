@@ -23,6 +23,7 @@ from wentry_cli.bench.row import BenchRow
 from wentry_cli.contours.circle import Circle, fit_circle
 from wentry_cli.contours.ellipse import SilhouetteFit
 from wentry_cli.contours.local_bottom import fit_local_bottom
+from wentry_cli.contours.scan_bottom import fit_scan_bottom
 from wentry_cli.contours.silhouette import fit_silhouette
 from wentry_cli.imaging.patch import Patch
 
@@ -95,11 +96,12 @@ def _told(fit: SilhouetteFit, frame: Frame, case: Case) -> Measured:
 
 
 def _local_bottom(frame: Frame, level: str, case: Case) -> tuple[float, float]:
-    """The lowest row from the cap alone and its uncertainty; NaN in the top view, which has none."""
+    """The lowest row from the cap alone at a level, and its uncertainty; NaN in the top view, which has none."""
     if case.top_view:
         return math.nan, math.nan
     fit = _fit(frame, level, case)
-    bottom = fit_local_bottom(Patch(frame.region, ceiling=frame.ceiling), fit, motion_px=case.motion_px)
+    locate = fit_local_bottom if level == "accurate" else fit_scan_bottom
+    bottom = locate(Patch(frame.region, ceiling=frame.ceiling), fit, motion_px=case.motion_px)
     return bottom.y_px, bottom.y_unc_px
 
 
@@ -118,14 +120,15 @@ def theirs(recipe: Recipe) -> Method:
 def rows_of(case: Case, name: str, frames: list[Frame], method: Method) -> list[BenchRow]:
     """A row a quantity of one method on one case; the first call, which compiles, is not timed."""
     method(frames[0])
+    level = name.removeprefix("wentry ")
     shape = (len(frames), len(QUANTITIES))
     values, unc, times = np.empty(shape), np.empty(shape), np.empty(len(frames))
     for index, frame in enumerate(frames):
         start = time.thread_time_ns()
         values[index], unc[index] = method(frame)
         times[index] = 1e-3 * (time.thread_time_ns() - start)
-        if name == f"wentry {LEVELS[0]}":
-            values[index, 4], unc[index, 4] = _local_bottom(frame, LEVELS[0], case)
+        if level in LEVELS:
+            values[index, 4], unc[index, 4] = _local_bottom(frame, level, case)
     truth = np.array([[*frame.truth, frame.truth[3]] for frame in frames])
     error = values - truth
     scale = np.array([1.0, 1.0, case.radius, 1.0, 1.0])

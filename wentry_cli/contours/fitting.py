@@ -40,7 +40,10 @@ MOST_RESIDUAL_FEW_PX = 0.03
 
 
 class FitRequest(NamedTuple):
-    """What to fit and from which part of the outline; ``tilt_unc_deg`` is how well a tilt that is held is known."""
+    """What to fit and from which part of the outline; ``tilt_unc_deg`` is how well a tilt that is held is known.
+
+    ``followed`` says that the guess comes from frames just before, of which a scan makes use.
+    """
 
     free: tuple[str, ...]
     top_y_px: float = -math.inf
@@ -49,6 +52,7 @@ class FitRequest(NamedTuple):
     one_sided: bool = False
     departure: tuple[float, ...] = ()
     tilt_unc_deg: float = 0.0
+    followed: bool = False
 
 
 @cache
@@ -141,7 +145,9 @@ def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> Silhoue
     least = LEAST_ARC_FREE_SIZE if "R" in request.free else LEAST_ARC
     settings = np.array([top, *request.motion_px, patch.ceiling, request.one_sided], np.float64)
     tilt_unc = math.radians(request.tilt_unc_deg)
-    wanted = OutlineRequest(settings, request.level == "accurate", float(patch.noise_floor), least, tilt_unc)
+    refines = request.level == "accurate"
+    followed = request.followed and not refines
+    wanted = OutlineRequest(settings, refines, float(patch.noise_floor), least, tilt_unc, followed)
     outline, covariance = fit_outline(values, vector, free, wanted)
     found = outline.tolist()
     quality, known = found[QUALITY:KNOWN], found[KNOWN:]

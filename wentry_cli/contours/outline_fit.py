@@ -38,6 +38,7 @@ class OutlineRequest(NamedTuple):
     noise: float
     least_arc: float
     tilt_unc: float
+    followed: bool
 
 
 @compiled
@@ -110,8 +111,9 @@ def fit_outline(
     """
     found = np.full(FOUND, math.nan)
     top_y, across, down, _, one_sided = request.settings
-    search = np.array([SEARCH_PX, one_sided, RAYS, SCAN_VARIANCE, 2.0 if request.refines else 3.0, across, down])
-    covariance, scan, turn = scan_shape(values, vector, free, top_y, search, request.noise)
+    scans = 2.0 if request.refines else 3.0
+    search = np.array([SEARCH_PX, one_sided, RAYS, SCAN_VARIANCE, scans, across, down, request.noise])
+    covariance, scan, turn = scan_shape(values, vector, free, top_y, search, request.followed)
     found[QUALITY + 1 : KNOWN] = scan[1:4]
     found[VERDICT] = scan_verdict(scan, request.least_arc)
     if found[VERDICT] == 0.0 and request.refines:

@@ -15,6 +15,7 @@ from wentry_cli.contours.departure import NONE, Departure, extremes
 from wentry_cli.contours.ellipse import EllipseShape, SilhouetteFit
 from wentry_cli.contours.fitting import FitRequest, bottom_unc, fit_shape, parse_free
 from wentry_cli.contours.local_bottom import BottomFit, fit_local_bottom
+from wentry_cli.contours.scan_bottom import fit_scan_bottom
 from wentry_cli.contours.separation import SeparationFit, find_separation
 from wentry_cli.imaging.background import Background, steadied
 from wentry_cli.imaging.order_statistics import median_of
@@ -140,7 +141,8 @@ def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighti
     if look.beside_band:
         fit = _doubted_beside_band(patch, fit, look)
     shape = fit.shape
-    bottom = fit_local_bottom(patch, fit, motion_px=look.motion_px) if look.bottom else None
+    locate = fit_local_bottom if look.level == "accurate" else fit_scan_bottom
+    bottom = locate(patch, fit, motion_px=look.motion_px) if look.bottom else None
     lowest = extremes(shape, look.departure)[1] if look.departure else fit.bottom_y_px
     if bottom is not None and not abs(bottom.y_px - lowest) < LARGEST_OFFSET_PX + LARGEST_MISFIT * fit.radius_px:
         bottom = dataclasses.replace(bottom, status="poor_fit")
@@ -163,7 +165,7 @@ def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighti
 
 
 def _examine_circle(patch: Patch, index: int, guess: Circle, look: Look) -> Sighting:
-    fit = fit_circle(patch, guess, one_sided=look.one_sided, motion_px=look.motion_px, level=look.level)
+    fit = fit_circle(patch, guess, one_sided=look.one_sided, motion_px=look.motion_px, level=look.level, followed=True)
     if not usable(fit):
         return Sighting(index, fit.status if fit.status != "ok" else "poor_fit", fit)
     crowded = ring_share(patch, fit, CLEAR_GROUND_PX) > MOST_CROWDED
@@ -195,7 +197,7 @@ def _fit_ellipse(patch: Patch, guess: EllipseShape, look: Look) -> SilhouetteFit
     return fit_shape(
         patch,
         guess,
-        FitRequest(free, look.top_y_px, look.motion_px, look.level, False, look.departure, look.tilt_unc_deg),
+        FitRequest(free, look.top_y_px, look.motion_px, look.level, False, look.departure, look.tilt_unc_deg, True),
     )
 
 
