@@ -21,10 +21,10 @@ class Circle:
 def fit_circle(
     patch: Patch,
     guess: Circle,
-    *,
     one_sided: bool = False,
     motion_px: tuple[float, float] = (0.0, 0.0),
     level: str = "accurate",
+    *,
     followed: bool = False,
 ) -> SilhouetteFit:
     """Fit a circle (stretch 1, radius free) to the outline of a dark disc.

@@ -14,6 +14,7 @@ from wentry_cli.contours.arc import (
     LENGTH,
     NX,
     NY,
+    J,
     X,
     Y,
     arc_rows,
@@ -47,9 +48,9 @@ LINE_VARIANCE = 2.0 / 3.0
 # The middle scan is left out where the first moved the outline by less, and nearly all rays agreed.
 SETTLED_PX = 1.0
 OCCLUDED_SHARE = 0.15
-# A fine scan of an outline that was followed is the last where it moved by less, and believed where by less and so few
-# rays were left out; the geometry of the rays is that of the guess, wrong by half the curvature times the square.
-NEAR_PX, ASTRAY_PX, MOST_LEFT_OUT = 0.25, 1.5, 0.15
+# A fine scan of an outline that was followed is believed where it moved by less and so few rays were left out; it is the
+# last where the rays of the guess, which know nothing of the curvature, are wrong by less.
+ASTRAY_PX, MOST_LEFT_OUT, BENT_PX = 1.5, 0.15, 0.001
 # Rays farther off than this count as outliers, by scan; the last never less than what a real sphere departs.
 LIMITS_PX = (1.2, 0.7, 0.6)
 SLACK_OF_R = 0.006
@@ -115,6 +116,18 @@ def clamp_step(shape: Floats, step: Floats) -> None:
         shape[i] += min(bound, max(-bound, step[i]))
     shape[3] *= math.exp(min(0.2, max(-0.2, step[3] / shape[3])))
     shape[4] += min(0.3, max(-0.3, step[4]))
+
+
+@compiled
+def bent(rays: Floats, step: Floats) -> float:
+    """Greatest error of a displacement along the rays for the curvature of the outline: half of it times the square."""
+    worst = 0.0
+    for k in range(rays.shape[0]):
+        displacement = 0.0
+        for i in range(5):
+            displacement += rays[k, J + i] * step[i]
+        worst = max(worst, 0.5 * rays[k, KAPPA] * displacement * displacement)
+    return worst
 
 
 @compiled
@@ -194,7 +207,7 @@ def scan_shape(
         if report[STATUS] != GOOD:
             return np.zeros((free.size, free.size)), report, no_turn()
         if kind == FINE:
-            if not (followed and moved > NEAR_PX):
+            if not (followed and bent(rays, step) > BENT_PX):
                 break
             followed = False
             continue

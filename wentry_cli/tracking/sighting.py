@@ -29,11 +29,9 @@ LARGEST_OFFSET_PX, LARGEST_MISFIT = 0.5, 0.015
 CLEAR_GROUND_PX = 5.0
 CLEAR_GROUND = 0.85  # of the plain ground nearby, which is looked for between these distances, before and behind
 BESIDE_PX, DARKEST_GROUND = (2.0, 4.0), 0.5
-MOST_CROWDED = 0.2
-WHOLE_ARC = 0.98
+MOST_CROWDED, WHOLE_ARC = 0.2, 0.98
 LEAST_OBLATE = 0.05  # of the stretch from 1: a rounder sphere does not tell how it leans
-WITHIN_PX, RAYS_WITHIN = 4.0, 24
-FURTHER_PX = (1.5, 1.0)
+WITHIN_PX, RAYS_WITHIN, FURTHER_PX = 4.0, 24, (1.5, 1.0)
 
 Box = tuple[float, float, float, float]
 
