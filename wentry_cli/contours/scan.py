@@ -48,8 +48,8 @@ LINE_VARIANCE = 2.0 / 3.0
 # The middle scan is left out where the first moved the outline by less, and nearly all rays agreed.
 SETTLED_PX = 1.0
 OCCLUDED_SHARE = 0.15
-# A fine scan of an outline that was followed is believed where it moved by less and so few rays were left out; it is the
-# last where the rays of the guess, which know nothing of the curvature, are wrong by less.
+# A fine scan of an outline that was followed is believed where it moved by less and so few rays were left out; it is
+# the last where the rays of the guess, which know nothing of the curvature, are wrong by less.
 ASTRAY_PX, MOST_LEFT_OUT, BENT_PX = 1.5, 0.15, 0.001
 # Rays farther off than this count as outliers, by scan; the last never less than what a real sphere departs.
 LIMITS_PX = (1.2, 0.7, 0.6)
