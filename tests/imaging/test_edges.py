@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import ndtr
 
-from wentry_cli.imaging.edges import edge_candidates, sample_ray
+from wentry_cli.imaging.edges import edge_candidates
+from wentry_cli.imaging.ray_profiles import sample_ray, sample_rays
 
 
 def step_image(place: float, blur: float = 1.0, low: float = 0.1, high: float = 1.0):
@@ -74,3 +75,21 @@ def test_between_pixels():
         assert sample_ray(image, np.array([column, row, 1.0, 0.0]), 0.0, 1.0, 1, profile) == (0, 0)
         assert profile[0] == pytest.approx(value)
     assert sample_ray(image, np.array([1.2, 0.5, 1.0, 0.0]), 0.0, 1.0, 1, profile) == (0, -1)
+
+
+@pytest.mark.parametrize("lines", [1, 3])
+def test_all_rays_at_once_are_as_one_by_one(lines):
+    rng = np.random.default_rng(3)
+    image = rng.uniform(size=(50, 70)).astype(np.float32)
+    image[40:48, 20:24] = math.nan
+    angle = np.linspace(0.0, 2.0 * math.pi, 40)
+    # some leave the picture, some meet the hole, one lies outside
+    rays = np.stack([35.0 + 31.0 * np.cos(angle), 25.0 + 20.0 * np.sin(angle), np.cos(angle), np.sin(angle)], axis=1)
+    rays[7, :2] = 500.0, -30.0
+    profiles, ends = sample_rays(image, rays, 6.0, 0.5, lines, 25)
+    one = np.empty(25)
+    for k, ray in enumerate(rays):
+        assert sample_ray(image, ray, 6.0, 0.5, lines, one) == tuple(ends[k])
+        assert profiles[:, k] == pytest.approx(one, abs=1e-4, nan_ok=True)
+    assert tuple(ends[7]) == (0, -1)
+    assert 5 < sum(tuple(end) == (0, 24) for end in ends) < 35

@@ -96,7 +96,7 @@ def _told(fit: SilhouetteFit, frame: Frame, case: Case) -> Measured:
 
 
 def _local_bottom(frame: Frame, level: str, case: Case) -> tuple[float, float]:
-    """The lowest row from the cap alone and its uncertainty; NaN in the top view, which has none."""
+    """The lowest row from the cap alone at a level, and its uncertainty; NaN in the top view, which has none."""
     if case.top_view:
         return math.nan, math.nan
     patch = Patch(frame.region, ceiling=frame.ceiling)
@@ -119,14 +119,15 @@ def theirs(recipe: Recipe) -> Method:
 def rows_of(case: Case, name: str, frames: list[Frame], method: Method) -> list[BenchRow]:
     """A row a quantity of one method on one case; the first call, which compiles, is not timed."""
     method(frames[0])
+    level = name.removeprefix("wentry ")
     shape = (len(frames), len(QUANTITIES))
     values, unc, times = np.empty(shape), np.empty(shape), np.empty(len(frames))
     for index, frame in enumerate(frames):
         start = time.thread_time_ns()
         values[index], unc[index] = method(frame)
         times[index] = 1e-3 * (time.thread_time_ns() - start)
-        if name == f"wentry {LEVELS[0]}":
-            values[index, 4], unc[index, 4] = _local_bottom(frame, LEVELS[0], case)
+        if level in LEVELS:
+            values[index, 4], unc[index, 4] = _local_bottom(frame, level, case)
     truth = np.array([[*frame.truth, frame.truth[3]] for frame in frames])
     error = values - truth
     scale = np.array([1.0, 1.0, case.radius, 1.0, 1.0])

@@ -34,13 +34,15 @@ def semi_axes(shape: Floats) -> tuple[float, float]:
 @compiled
 def quadrant_table(a: float, b: float, step_px: float, step_angle: float) -> tuple[int, Floats]:
     """Sectors in a quadrant and, on a grid of the pseudo-angle q = sin/(sin + cos), the running sector number."""
-    table = np.zeros(QUADRANT_NODES + 1)
-    for node in range(QUADRANT_NODES):
+    densities, table = np.empty(QUADRANT_NODES), np.zeros(QUADRANT_NODES + 1)
+    for node in range(QUADRANT_NODES):  # apart from the running sum, so that it becomes vector instructions
         q = (node + 0.5) / QUADRANT_NODES
         square = q * q + (1.0 - q) * (1.0 - q)
         speed2 = (a * a * q * q + b * b * (1.0 - q) * (1.0 - q)) / square
         density = math.sqrt(speed2) / step_px + a * b / (speed2 * step_angle)
-        table[node + 1] = table[node] + density / (square * QUADRANT_NODES)
+        densities[node] = density / (square * QUADRANT_NODES)
+    for node in range(QUADRANT_NODES):
+        table[node + 1] = table[node] + densities[node]
     count = max(4, math.ceil(table[QUADRANT_NODES]))
     table *= count / table[QUADRANT_NODES]
     return count, table
@@ -88,33 +90,58 @@ def departure_at(shape: Floats, cosine: float, sine: float) -> float:
 
 
 @compiled
-def arc_geometry(shape: Floats, phi: Floats) -> Floats:
-    """Point, outward normal, curvature (1/px), Jacobian, length, departure (px) and angle of each sector, COLUMNS."""
-    a, b = semi_axes(shape)
-    radius, stretch = shape[2], shape[3]
-    cos_tilt, sin_tilt = math.cos(shape[4]), math.sin(shape[4])
+def perimeter_of(a: float, b: float) -> float:
+    """Perimeter of an ellipse with these semi-axes (Ramanujan)."""
+    h = ((a - b) / (a + b)) ** 2
+    return math.pi * (a + b) * (1.0 + 3.0 * h / (10.0 + math.sqrt(4.0 - 3.0 * h)))
+
+
+@compiled
+def sector_widths(phi: Floats) -> Floats:
+    """Widths of sectors round the whole ellipse, from halfway to one neighbour to halfway to the other, radians."""
     count = phi.size
-    rows = np.empty((count, COLUMNS))
+    width = np.empty(count)
     for k in range(count):
+        before = phi[k - 1] if k > 0 else phi[count - 1] - 2.0 * math.pi
+        after = phi[k + 1] if k + 1 < count else phi[0] + 2.0 * math.pi
+        width[k] = 0.5 * (after - before)
+    return width
+
+
+@compiled
+def arc_geometry(shape: Floats, phi: Floats) -> Floats:
+    """`arc_rows` of sectors round the whole ellipse."""
+    return arc_rows(shape, phi, sector_widths(phi))
+
+
+@compiled
+def arc_rows(shape: Floats, phi: Floats, width: Floats) -> Floats:
+    """Point, outward normal, curvature (1/px), Jacobian, length, departure (px) and angle of each sector, COLUMNS.
+
+    Sectors are told by their middle and their width, eccentric angles in radians.
+    """
+    a, b = semi_axes(shape)
+    radius, stretch, departs = shape[2], shape[3], shape.size > 5
+    cos_tilt, sin_tilt = math.cos(shape[4]), math.sin(shape[4])
+    rows = np.empty((phi.size, COLUMNS))
+    for k in range(phi.size):
         cosine, sine = math.cos(phi[k]), math.sin(phi[k])
         u, v = a * cosine, b * sine
-        speed = math.hypot(a * sine, b * cosine)
+        speed = math.sqrt(a * sine * (a * sine) + b * cosine * (b * cosine))
         nu, nv = b * cosine / speed, a * sine / speed
         rows[k, X] = shape[0] + u * cos_tilt + v * sin_tilt
         rows[k, Y] = shape[1] - u * sin_tilt + v * cos_tilt
         rows[k, NX] = nu * cos_tilt + nv * sin_tilt
         rows[k, NY] = -nu * sin_tilt + nv * cos_tilt
-        rows[k, KAPPA] = a * b / speed**3
+        rows[k, KAPPA] = a * b / (speed * speed * speed)
         rows[k, J] = rows[k, NX]
         rows[k, J + 1] = rows[k, NY]
         rows[k, J + 2] = (u * nu + v * nv) / radius
         rows[k, J + 3] = (u * nu - 2.0 * v * nv) / stretch
         rows[k, J + 4] = v * nu - u * nv
         rows[k, ANGLE] = phi[k]
-        rows[k, DEPARTURE] = (u * nu + v * nv) * departure_at(shape, cosine, sine)
-        before = phi[k - 1] - (2.0 * math.pi if k == 0 else 0.0)
-        after = phi[k + 1] if k + 1 < count else phi[0] + 2.0 * math.pi
-        rows[k, LENGTH] = speed * 0.5 * (after - before)
+        rows[k, DEPARTURE] = (u * nu + v * nv) * departure_at(shape, cosine, sine) if departs else 0.0
+        rows[k, LENGTH] = speed * width[k]
     return rows
 
 

@@ -48,12 +48,10 @@ FOUND, OCCLUDED, POOR, OUT_OF_FRAME, ELSEWHERE = 0.0, 1.0, 2.0, 3.0, 4.0
 
 
 class Cap(NamedTuple):
-    """The sectors of a cap, their places on it (NaN off it), the angle of the lowest point, and its depth (px)."""
+    """The sectors of a cap and their places on it, NaN off it."""
 
     band: Band
     place: Floats
-    lowest: float
-    depth: float
 
 
 @compiled
@@ -80,8 +78,7 @@ def cap_of(band: Band) -> Cap:
 
     Their Jacobian is that of the powers of the place.
     """
-    lowest, depth = lowest_angle(band.shape)
-    place = places_on_cap(band.rows, lowest)
+    place = places_on_cap(band.rows, lowest_angle(band.shape)[0])
     count, number, total = place.size, 0, 0
     chosen = np.empty(count, dtype=np.int64)
     for k in range(count):
@@ -110,7 +107,7 @@ def cap_of(band: Band) -> Cap:
             pixels[1, starts[n] + m] = band.pixels[1, first + m]
             sources[starts[n] + m] = band.places[first + m]
     only = Band(band.shape, pixels, starts, sources, plateaus, rows, band.scene, band.settings, band.width)
-    return Cap(only, places, lowest, depth)
+    return Cap(only, places)
 
 
 @compiled
@@ -152,31 +149,44 @@ def lowest_place(moved: Floats, depth: float) -> float:
 
 
 @compiled
-def lowest_point(cap: Cap, moved: Floats, factor: Floats, sums: Floats, verdict: Floats) -> Floats:
-    """What the displacement ``moved`` of the cap makes its lowest point: the entries of ``FOUND_ENTRIES``."""
+def not_found(how: float) -> Floats:
+    """No lowest point, for this reason."""
     found = np.full(FOUND_ENTRIES, math.nan)
-    found[HOW] = POOR
-    if factor.size == 0:
-        return found
-    if is_covered(sums, verdict):
-        found[HOW] = OCCLUDED
-        return found
-    residual, chi2 = residual_statistics(verdict, 3)
-    t = lowest_place(moved, cap.depth)
-    if math.isnan(chi2) or not abs(t) < 1.0 or farthest(cap.band.rows, moved) > MOST_SHIFT_PX:
-        return found
-    covariance = invert_block(factor, 5, max(1.0, chi2))
-    shape = cap.band.shape
-    row, variance = shape[1] + cap.depth * math.cos(HALF_ANGLE * t), 0.0
+    found[HOW] = how
+    return found
+
+
+@compiled
+def point_told(shape: Floats, moved: Floats, covariance: Floats, residual: float) -> Floats:
+    """The lowest point of a cap about ``shape`` that is displaced by the powers ``moved``: ``FOUND_ENTRIES``."""
+    lowest, depth = lowest_angle(shape)
+    t = lowest_place(moved, depth)
+    row, variance = shape[1] + depth * math.cos(HALF_ANGLE * t), 0.0
     for i in range(5):
         row += moved[i] * t**i
         for j in range(5):
             variance += covariance[i, j] * t ** (i + j)
+    if not variance > 0.0 or not abs(t) < 1.0:
+        return not_found(POOR)
+    found = not_found(FOUND)
     a, b = semi_axes(shape)
-    phi = cap.lowest + HALF_ANGLE * t
+    phi = lowest + HALF_ANGLE * t
     found[COLUMN] = shape[0] + a * math.cos(phi) * math.cos(shape[4]) + b * math.sin(phi) * math.sin(shape[4])
-    found[ROW], found[UNC], found[REST], found[HOW] = row, math.sqrt(variance), residual, FOUND
+    found[ROW], found[UNC], found[REST] = row, math.sqrt(variance), residual
     return found
+
+
+@compiled
+def lowest_point(cap: Cap, moved: Floats, factor: Floats, sums: Floats, verdict: Floats) -> Floats:
+    """What the displacement ``moved`` of the cap makes its lowest point: the entries of ``FOUND_ENTRIES``."""
+    if factor.size == 0:
+        return not_found(POOR)
+    if is_covered(sums, verdict):
+        return not_found(OCCLUDED)
+    residual, chi2 = residual_statistics(verdict, 3)
+    if math.isnan(chi2) or farthest(cap.band.rows, moved) > MOST_SHIFT_PX:
+        return not_found(POOR)
+    return point_told(cap.band.shape, moved, invert_block(factor, 5, max(1.0, chi2)), residual)
 
 
 @compiled
@@ -193,16 +203,14 @@ def bottom_within(band: Band, belief: Belief) -> Floats:
     ``belief`` is what the whole outline says of levels, blur and noise. A cap that is hidden in part wants more than
     the band.
     """
-    elsewhere = np.full(FOUND_ENTRIES, math.nan)
-    elsewhere[HOW] = ELSEWHERE
     cap = cap_of(band)
     if share_seen(cap) < 1.0:
-        return elsewhere
+        return not_found(ELSEWHERE)
     own = copied(belief)
     constrain(own, band.shape[2])
     moved, factor, sums, verdict = solve_band(cap.band, own, np.arange(5), 1)
     if factor.size == 0 or arc_shares(cap.band.rows, sums, verdict)[1] > HIDDEN_SHARE:
-        return elsewhere
+        return not_found(ELSEWHERE)
     return lowest_point(cap, moved, factor, sums, verdict)
 
 
@@ -238,9 +246,7 @@ def refine_bottom(values: NDArray[np.float32], shape: Floats, settings: Floats, 
     cap = cap_of(gather_band(part, there, settings, reach, light))
     low, high = first_levels(cap.band.pixels, cap.band.starts)
     if share_seen(cap) < LEAST_SEEN or math.isnan(low):
-        nothing = np.full(FOUND_ENTRIES, math.nan)
-        nothing[HOW] = OUT_OF_FRAME
-        return nothing
+        return not_found(OUT_OF_FRAME)
     belief = first_belief(cap.band, low, high)
     constrain(belief, shape[2])
     moved, factor, sums, verdict = solve_band(cap.band, belief, np.arange(5), 1)

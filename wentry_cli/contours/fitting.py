@@ -24,6 +24,7 @@ from wentry_cli.contours.outline_fit import (
     fit_outline,
     spreads,
 )
+from wentry_cli.contours.scan_bottom import fit_scan_bottom
 from wentry_cli.imaging.patch import Patch
 
 LEVELS = ("fast", "accurate")
@@ -42,7 +43,10 @@ MOST_RESIDUAL_FEW_PX = 0.03
 
 
 class FitRequest(NamedTuple):
-    """What to fit and from which part of the outline; ``tilt_unc_deg`` is how well a tilt that is held is known."""
+    """What to fit and from which part of the outline; ``tilt_unc_deg`` is how well a tilt that is held is known.
+
+    ``followed`` says that the guess comes from frames just before, of which a scan makes use.
+    """
 
     free: tuple[str, ...]
     top_y_px: float = -math.inf
@@ -51,6 +55,7 @@ class FitRequest(NamedTuple):
     one_sided: bool = False
     departure: tuple[float, ...] = ()
     tilt_unc_deg: float = 0.0
+    followed: bool = False
 
 
 @cache
@@ -142,7 +147,8 @@ def fit_with_bottom(patch: Patch, guess: EllipseShape, request: FitRequest) -> t
     fit, found = _fit(patch, guess, request, bottom=True)
     if fit.status == "ok" and found[HOW] != ELSEWHERE:
         return fit, bottom_found(patch, found)
-    return fit, fit_local_bottom(patch, fit, motion_px=request.motion_px)
+    locate = fit_local_bottom if request.level == "accurate" else fit_scan_bottom
+    return fit, locate(patch, fit, motion_px=request.motion_px)
 
 
 def _fit(
@@ -157,7 +163,10 @@ def _fit(
     least = LEAST_ARC_FREE_SIZE if "R" in request.free else LEAST_ARC
     settings = np.array([top, *request.motion_px, patch.ceiling, request.one_sided], np.float64)
     tilt_unc = math.radians(request.tilt_unc_deg)
-    wanted = OutlineRequest(settings, request.level == "accurate", float(patch.noise_floor), least, tilt_unc, bottom)
+    refines = request.level == "accurate"
+    followed, bottom = request.followed and not refines, bottom and refines
+    noise = float(patch.noise_floor)
+    wanted = OutlineRequest(settings, refines, noise, least, tilt_unc, bottom, followed)
     outline, covariance, cap = fit_outline(values, vector, free, wanted)
     found = outline.tolist()
     quality, known = found[QUALITY:KNOWN], found[KNOWN:]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.contours.bottom_cap import ELSEWHERE, FOUND_ENTRIES, HOW, bottom_within
+from wentry_cli.contours.bottom_cap import ELSEWHERE, bottom_within, not_found
 from wentry_cli.contours.refine import BLUR, PLAIN, RESIDUAL, STATUS, refine_shape
 from wentry_cli.contours.scan import scan_shape
 from wentry_cli.contours.turning import ANSWER, STEP, UNC
@@ -31,7 +31,8 @@ class OutlineRequest(NamedTuple):
 
     ``settings`` are those of `refine.Band`; ``refines`` is False for the scan alone; ``noise`` is the least one of the
     patch, ``least_arc`` the share of the perimeter that must be seen, ``tilt_unc`` (rad) how well a tilt that is held
-    is known; ``bottom`` asks for the lowest point from the cap alone, too.
+    is known; ``bottom`` asks for the lowest point from the cap alone, too, and ``followed`` says that the guess comes
+    from frames just before, of which a scan makes use.
     """
 
     settings: Floats
@@ -40,6 +41,7 @@ class OutlineRequest(NamedTuple):
     least_arc: float
     tilt_unc: float
     bottom: bool
+    followed: bool
 
 
 @compiled
@@ -111,12 +113,12 @@ def fit_outline(
     Returns the numbers of the fit (``VERDICT`` and on), the covariance of all parameters, and the entries of
     `bottom_cap` for the lowest point, where it was asked for and the same pixels tell it.
     """
-    bottom = np.full(FOUND_ENTRIES, math.nan)
-    bottom[HOW] = ELSEWHERE
+    bottom = not_found(ELSEWHERE)
     found = np.full(FOUND, math.nan)
     top_y, across, down, _, one_sided = request.settings
-    search = np.array([SEARCH_PX, one_sided, RAYS, SCAN_VARIANCE, 2.0 if request.refines else 3.0, across, down])
-    covariance, scan, turn = scan_shape(values, vector, free, top_y, search, request.noise)
+    scans = 2.0 if request.refines else 3.0
+    search = np.array([SEARCH_PX, one_sided, RAYS, SCAN_VARIANCE, scans, across, down, request.noise])
+    covariance, scan, turn = scan_shape(values, vector, free, top_y, search, request.followed)
     found[QUALITY + 1 : KNOWN] = scan[1:4]
     found[VERDICT] = scan_verdict(scan, request.least_arc)
     if found[VERDICT] == 0.0 and request.refines:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.arc import LENGTH, J
 from wentry_cli.contours.discrepancy import add_discrepancy
-from wentry_cli.contours.normal_equations import substitute
+from wentry_cli.contours.normal_equations import invert_block
 from wentry_cli.imaging.order_statistics import median_of
 
 Floats = NDArray[np.float64]
@@ -28,17 +28,25 @@ LEAST_FREEDOM = 4.0
 
 
 @compiled
-def few_rays(independent: float, size: int) -> float:
+def swallowed(independent: float, size: float) -> float:
+    """Factor on a variance that was taken from what ``size`` parameters leave of so many ``independent`` residuals.
+
+    NaN where too few are left to judge by.
+    """
+    freedom = independent - size
+    return independent / freedom if freedom >= LEAST_FREEDOM else math.nan
+
+
+@compiled
+def few_rays(independent: float, size: float) -> float:
     """Factor on the variance of ``size`` parameters whose scale was taken from so many ``independent`` residuals.
 
     What the parameters swallow the residuals do not show, and a scale from few of them may be much too small by chance:
     Student's t, so that 1.96 standard uncertainties hold 95 % of the errors. NaN where too few are left to judge by.
     """
     freedom = independent - size
-    if freedom < LEAST_FREEDOM:
-        return math.nan
     student = 1.0 + STUDENT[0] / freedom + STUDENT[1] / freedom**2 + STUDENT[2] / freedom**3
-    return independent / freedom * student**2
+    return swallowed(independent, size) * student**2
 
 
 @compiled
@@ -55,32 +63,36 @@ def ray_noise(off: Floats, apart: int) -> float:
 
 
 @compiled
+def rays_that_share(rays: Floats) -> float:
+    """How many neighbouring rays see the same pixels, at least 1; from the mean length of arc of each, px."""
+    spacing = 0.0
+    for k in range(rays.shape[0]):
+        spacing += rays[k, LENGTH] / rays.shape[0]
+    return max(1.0, RAY_WIDTH_PX / spacing)
+
+
+@compiled
+def independent_rays(off: Floats, scale: float, shared: float) -> float:
+    """How many independent residuals ``off[:, 0]`` were kept, of which so many share what they see."""
+    kept = 0
+    for k in range(off.shape[0]):
+        kept += abs(off[k, 0]) < TUKEY * scale
+    return kept / shared
+
+
+@compiled
 def scan_covariance(off: Floats, rays: Floats, free: Ints, factor: Floats, scale: float) -> Floats:
     """Covariance of the free parameters from the residuals ``off[:, 0]`` (px) and their robust scale.
 
     Residuals that are smooth along the arc are an outline that is no ellipse (see `discrepancy`).
     """
     size, number = free.size, rays.shape[0]
-    spacing = 0.0
-    for k in range(number):
-        spacing += rays[k, LENGTH] / number
-    noise = ray_noise(off, 1 + int(RAY_WIDTH_PX / spacing))
-    excess = 0.0
-    if scale * scale > SIGNIFICANT * noise * noise:
-        excess = scale * scale - noise * noise
-    shared = max(1.0, RAY_WIDTH_PX / spacing)
-    kept = 0
-    for k in range(number):
-        kept += abs(off[k, 0]) < TUKEY * scale
-    inflation = scale**2 * shared * few_rays(kept / shared, size)
-    covariance = np.empty((size, size))
-    unit = np.empty(size)
-    for j in range(size):
-        unit[:] = 0.0
-        unit[j] = 1.0
-        substitute(factor, unit)
-        for i in range(size):
-            covariance[i, j] = unit[i] * inflation
+    shared = rays_that_share(rays)
+    few = few_rays(independent_rays(off, scale, shared), float(size))
+    covariance = invert_block(factor, size, scale**2 * shared * few)
+    noise = ray_noise(off, 1 + int(shared))
+    if not scale * scale > SIGNIFICANT * noise * noise:
+        return covariance
     weight, pull = np.zeros(number), np.zeros((number, size))
     for k in range(number):
         z = off[k, 0] / (TUKEY * scale)
@@ -88,5 +100,5 @@ def scan_covariance(off: Floats, rays: Floats, free: Ints, factor: Floats, scale
             weight[k] = (1.0 - z * z) ** 2
             for j in range(size):
                 pull[k, j] = weight[k] * rays[k, J + free[j]]
-    add_discrepancy(covariance, factor, pull, rays, weight, free, excess)
+    add_discrepancy(covariance, factor, pull, rays, weight, free, scale * scale - noise * noise)
     return covariance

@@ -1,133 +1,38 @@
-"""Sub-pixel edge samples along rays: bilinear profiles and a matched filter for a dark-to-bright step."""
+"""Sub-pixel edges along rays: a matched filter for a dark-to-bright step on the profiles of a picture."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
 from wentry_cli.imaging.order_statistics import median_of
+from wentry_cli.imaging.ray_profiles import sample_rays
 
 Floats = NDArray[np.float64]
-Profile = NDArray[np.floating[Any]]
+Singles = NDArray[np.float32]
+Ints = NDArray[np.int32]
 
 CANDIDATES = 3
-KERNEL_SIGMA_PX = 1.6
-KERNEL_REACH_PX = 4.0
-# Masked samples behind one brighter than this are taken to be clipped ground, whose transmission is 1.
-BRIGHT = 0.22
+# The filter is the derivative of a Gaussian, cut off at so many sigma.
+KERNEL_SIGMA_PX, KERNEL_REACH = 1.6, 2.5
+KERNEL_REACH_PX = KERNEL_REACH * KERNEL_SIGMA_PX
+# Variance of the blur that an edge is taken to have, px^2: optics and pixel. With it the response is a Gaussian.
+EDGE_VARIANCE = 1.0 + 1.0 / 12.0
 
 
 @compiled
-def ray_is_inside(shape: tuple[int, int], ray: Floats, reach: float, aside: float) -> bool:
-    """Whether both ends of a ray of lines keep clear of the border of an image of ``shape``."""
-    for end in (-1.0, 1.0):
-        column, row = ray[0] + end * reach * ray[2], ray[1] + end * reach * ray[3]
-        if not (aside <= column < shape[1] - 1.0 - aside and aside <= row < shape[0] - 1.0 - aside):
-            return False
-    return True
-
-
-@compiled
-def sum_lines(
-    values: NDArray[np.float32], ray: Floats, reach: float, step: float, lines: int, profile: Profile
-) -> float:
-    """Fill ``profile`` with sums over parallel lines that lie inside the image; the total is NaN if any is."""
-    overall = 0.0
-    profile[:] = 0.0
-    for line in range(lines):
-        aside = line - 0.5 * (lines - 1)
-        column = ray[0] - reach * ray[2] - aside * ray[3]
-        row = ray[1] - reach * ray[3] + aside * ray[2]
-        right, down = step * ray[2], step * ray[3]
-        for n in range(profile.size):
-            x, y = column + n * right, row + n * down
-            i, j = np.uint32(y), np.uint32(x)
-            fy, fx = np.float32(y - i), np.float32(x - j)
-            upper = values[i, j] + fx * (values[i, j + np.uint32(1)] - values[i, j])
-            below = i + np.uint32(1)
-            lower = values[below, j] + fx * (values[below, j + np.uint32(1)] - values[below, j])
-            profile[n] += upper + fy * (lower - upper)
-    for n in range(profile.size):
-        overall += profile[n]
-        profile[n] /= lines
-    return overall
-
-
-@compiled
-def sample_ray(
-    values: NDArray[np.float32], ray: Floats, reach: float, step: float, lines: int, profile: Profile
-) -> tuple[int, int]:
-    """Fill ``profile`` from -reach outwards along one ray, averaged over parallel lines 1 px apart.
-
-    Masked samples take the nearest valid value on the inner side (or the first valid one), and the ground's 1 behind
-    bright ones. Returns the first and last valid index, (0, -1) where there is none.
-    """
-    longest = max(reach, step * (profile.size - 1) - reach)
-    if ray_is_inside(values.shape, ray, longest, 0.5 * lines) and not math.isnan(
-        sum_lines(values, ray, reach, step, lines, profile)
-    ):
-        return 0, profile.size - 1
-    first, last, held = -1, -1, math.nan
-    lowest, farthest = values.shape[0] - 1.0, values.shape[1] - 1.0
-    for n in range(profile.size):
-        along = n * step - reach
-        total = 0.0
-        for line in range(lines):
-            aside = line - 0.5 * (lines - 1)
-            column = ray[0] + along * ray[2] - aside * ray[3]
-            row = ray[1] + along * ray[3] + aside * ray[2]
-            if not (0.0 <= column <= farthest and 0.0 <= row <= lowest):
-                total = math.nan
-                continue
-            i, j = np.uint32(min(row, lowest - 1.0)), np.uint32(min(column, farthest - 1.0))
-            fy, fx = row - i, column - j
-            upper = values[i, j] + fx * (values[i, j + np.uint32(1)] - values[i, j])
-            below = i + np.uint32(1)
-            lower = values[below, j] + fx * (values[below, j + np.uint32(1)] - values[below, j])
-            total += upper + fy * (lower - upper)
-        if math.isnan(total):
-            profile[n] = max(1.0, held) if held > BRIGHT else held
-            continue
-        held = total / lines
-        profile[n] = held
-        if first < 0:
-            first = n
-        last = n
-    if first < 0:
-        return 0, -1
-    for n in range(first):
-        profile[n] = profile[first]
-    return first, last
-
-
-@compiled
-def edge_kernel(step: float) -> Floats:
-    """Odd kernel, the derivative of a Gaussian, scaled so that its response to a step is the step's height."""
-    reach = int(KERNEL_REACH_PX / step)
-    kernel = np.empty(2 * reach + 1)
-    total = 0.0
-    for n in range(2 * reach + 1):
-        s = (n - reach) * step
-        kernel[n] = s * math.exp(-0.5 * (s / KERNEL_SIGMA_PX) ** 2)
-        total += 0.5 * abs(kernel[n])
-    return kernel / total
-
-
-@compiled
-def correlate(profile: Floats, kernel: Floats, response: Floats) -> None:
-    """Fill ``response`` with the sums of ``kernel`` times ``profile`` from each place on.
-
-    Tap after tap for all places, which the compiler turns into vector instructions.
-    """
-    response[:] = 0.0
-    for m in range(kernel.size):
-        tap, shifted = kernel[m], profile[m : m + response.size]
-        for n in range(response.size):
-            response[n] += tap * shifted[n]
+def edge_kernel(step: float, sigma: float) -> Singles:
+    """Outer half of an odd kernel, the derivative of a Gaussian, whose response to a step is the step's height."""
+    reach = round(KERNEL_REACH * sigma / step)
+    kernel, total = np.empty(reach, np.float32), 0.0
+    for n in range(reach):
+        s = (n + 1) * step
+        kernel[n] = s * math.exp(-0.5 * (s / sigma) ** 2)
+        total += kernel[n]
+    return kernel / np.float32(total)
 
 
 @compiled
@@ -142,42 +47,67 @@ def keep_candidate(at: Floats, height: Floats, position: float, strength: float)
 
 
 @compiled
+def respond(profiles: Singles, kernel: Singles, places: int) -> Singles:
+    """What the odd ``kernel``, of which the outer half is told, says of the profiles of all rays (places, rays)."""
+    number, reach = profiles.shape[1], kernel.size
+    response = np.zeros((places, number), np.float32)
+    for n in range(places):
+        for m in range(reach):
+            tap, before, after = kernel[m], n + reach - 1 - m, n + reach + 1 + m
+            for k in range(number):
+                response[n, k] += tap * (profiles[after, k] - profiles[before, k])
+    return response
+
+
+@compiled
+def sample_noise(profiles: Singles, ends: Ints, least: int) -> float:
+    """Noise of one sample, from the bends of the profiles; of rays that are seen beyond ``least`` places."""
+    places, number = profiles.shape
+    bends, noises, kept = np.zeros(number, np.float32), np.empty(number), 0
+    for n in range(2, places, 2):
+        for k in range(number):
+            bends[k] += abs(profiles[n, k] - np.float32(2.0) * profiles[n - 1, k] + profiles[n - 2, k])
+    for k in range(number):
+        length = ends[k, 1] - ends[k, 0]
+        if length >= least:
+            noises[kept] = bends[k] / max(1, length // 2)
+            kept += 1
+    return 0.5 * median_of(noises, kept)
+
+
+@compiled
 def edge_candidates(
-    values: NDArray[np.float32], rays: Floats, half: float, step: float, lines: int
+    values: Singles, rays: Floats, half: float, step: float, lines: int, sigma: float = KERNEL_SIGMA_PX
 ) -> tuple[Floats, Floats, float]:
     """Dark-to-bright edges along rays (x, y, nx, ny in pixels of ``values``; further columns are ignored).
 
+    They are looked for up to ``half`` px away, at places ``step`` px apart, averaged over parallel ``lines``, with the
+    derivative of a Gaussian of ``sigma`` px.
     Returns positions along the rays (n, CANDIDATES), NaN where there is none, their heights, strongest first, and a
     robust estimate of the noise of one profile sample.
     """
-    kernel = edge_kernel(step)
-    margin = (kernel.size - 1) // 2
+    kernel = edge_kernel(step, sigma)
+    # what the parabola through three samples of a Gaussian falls short by, in the first order
+    rounder = 0.25 * step**2 / (sigma**2 + EDGE_VARIANCE)
+    margin = kernel.size
     span = math.ceil(2.0 * half / step) + 1
-    profile = np.empty(span + 2 * margin)
-    response = np.empty(span)
+    profiles, ends = sample_rays(values, rays, half + margin * step, step, lines, span + 2 * margin)
+    response = respond(profiles, kernel, span)
     at = np.full((rays.shape[0], CANDIDATES), math.nan)
     height = np.zeros((rays.shape[0], CANDIDATES))
-    noises = np.empty(rays.shape[0])
-    valid_rays = 0
     for k in range(rays.shape[0]):
-        first, last = sample_ray(values, rays[k], half + margin * step, step, lines, profile)
-        if last - first < margin:
+        if ends[k, 1] - ends[k, 0] < margin:
             continue
-        rough = 0.0
-        for n in range(first + 2, last + 1, 2):
-            rough += abs(profile[n] - 2.0 * profile[n - 1] + profile[n - 2])
-        noises[valid_rays] = rough / max(1, (last - first) // 2)
-        valid_rays += 1
-        correlate(profile, kernel, response)
         least = 0.0
-        for n in range(1, span - 1):
-            here = response[n]
-            if here <= least or here < response[n - 1] or here <= response[n + 1]:
+        for n in range(max(1, ends[k, 0] - margin), min(span - 1, ends[k, 1] - margin + 2)):
+            here = response[n, k]
+            # bit by bit: one branch in place of three that nobody can predict
+            if not ((here > least) & (here >= response[n - 1, k]) & (here > response[n + 1, k])):
                 continue
-            if n + margin < first or n + margin > last + 1:
-                continue
-            bend = response[n - 1] - 2.0 * here + response[n + 1]
-            shift = 0.5 * (response[n - 1] - response[n + 1]) / bend if bend < 0.0 else 0.0
+            before, after = float(response[n - 1, k]), float(response[n + 1, k])
+            bend = before - 2.0 * here + after
+            shift = 0.5 * (before - after) / bend if bend < 0.0 else 0.0
+            shift += rounder * shift * (1.0 - 4.0 * shift * shift)
             keep_candidate(at[k], height[k], (n + shift) * step - half, here)
             least = height[k, CANDIDATES - 1]
-    return at, height, 0.5 * median_of(noises, valid_rays)
+    return at, height, sample_noise(profiles, ends, margin)

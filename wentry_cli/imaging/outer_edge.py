@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.imaging.edges import KERNEL_REACH_PX, KERNEL_SIGMA_PX, sample_ray
+from wentry_cli.imaging.edges import KERNEL_REACH_PX, KERNEL_SIGMA_PX
+from wentry_cli.imaging.ray_profiles import sample_ray
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]

@@ -28,11 +28,9 @@ LARGEST_OFFSET_PX, LARGEST_MISFIT = 0.5, 0.015
 CLEAR_GROUND_PX = 5.0
 CLEAR_GROUND = 0.85  # of the plain ground nearby, which is looked for between these distances, before and behind
 BESIDE_PX, DARKEST_GROUND = (2.0, 4.0), 0.5
-MOST_CROWDED = 0.2
-WHOLE_ARC = 0.98
+MOST_CROWDED, WHOLE_ARC = 0.2, 0.98
 LEAST_OBLATE = 0.05  # of the stretch from 1: a rounder sphere does not tell how it leans
-WITHIN_PX, RAYS_WITHIN = 4.0, 24
-FURTHER_PX = (1.5, 1.0)
+WITHIN_PX, RAYS_WITHIN, FURTHER_PX = 4.0, 24, (1.5, 1.0)
 
 Box = tuple[float, float, float, float]
 
@@ -162,7 +160,7 @@ def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighti
 
 
 def _examine_circle(patch: Patch, index: int, guess: Circle, look: Look) -> Sighting:
-    fit = fit_circle(patch, guess, one_sided=look.one_sided, motion_px=look.motion_px, level=look.level)
+    fit = fit_circle(patch, guess, one_sided=look.one_sided, motion_px=look.motion_px, level=look.level, followed=True)
     if not usable(fit):
         return Sighting(index, fit.status if fit.status != "ok" else "poor_fit", fit)
     crowded = ring_share(patch, fit, CLEAR_GROUND_PX) > MOST_CROWDED
@@ -193,7 +191,14 @@ def _fit_ellipse(
     patch: Patch, guess: EllipseShape, look: Look, *, bottom: bool = False
 ) -> tuple[SilhouetteFit, BottomFit | None]:
     request = FitRequest(
-        parse_free(look.free), look.top_y_px, look.motion_px, look.level, False, look.departure, look.tilt_unc_deg
+        parse_free(look.free),
+        look.top_y_px,
+        look.motion_px,
+        look.level,
+        False,
+        look.departure,
+        look.tilt_unc_deg,
+        followed=True,
     )
     return fit_with_bottom(patch, guess, request) if bottom else (fit_shape(patch, guess, request), None)
 
