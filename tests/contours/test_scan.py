@@ -59,12 +59,12 @@ def test_rays_see_what_lies_below_the_row():
     shape, size = s.shape.vector(), (10_000, 10_000)
     everything = arc_geometry(shape, np.linspace(0.0, 2.0 * np.pi, 20_001)[:-1])
     for top in (-np.inf, s.shape.y - 20.0, s.shape.y, s.shape.y + 20.0):
-        rays, below, seen = visible_rays(shape, top, 96, size)
+        rays, below, seen = visible_rays(shape, top, 96, 3.0, size)
         assert np.all(rays[:, 1] >= top)
         lengths = everything[:, 10]
         assert below == pytest.approx(lengths[everything[:, 1] >= top].sum() / lengths.sum(), abs=0.015)
         assert seen == below
     assert lengths.sum() == pytest.approx(perimeter_of(s.shape.semi_across, s.shape.semi_along), rel=1e-6)
-    _, below, seen = visible_rays(shape, -np.inf, 96, (10_000, int(s.shape.x)))
+    _, below, seen = visible_rays(shape, -np.inf, 96, 3.0, (10_000, int(s.shape.x)))
     assert below == pytest.approx(1.0, abs=1e-3)
     assert 0.4 < seen < 0.6

@@ -36,10 +36,11 @@ Ints = NDArray[np.int64]
 
 COARSE, MIDDLE, FINE = 0, 1, 2
 # Half-length of the scans, px: the first is told.
-MIDDLE_PX, FINE_PX = 6.0, 3.0
+MIDDLE_PX, FINE_PX, CROWDED_PX = 6.0, 3.0, 4.0
 COARSE_RAYS = 48
-# More rays than so many are taken only as far as they are so far apart: their lines lie side by side.
-ENOUGH_RAYS, APART_PX = 64, 3.0
+# More rays than so many are taken only as far as they are so far apart: their lines lie side by side, or, where much is
+# hidden and each gap counts, overlap.
+ENOUGH_RAYS, APART_PX, DENSE_PX = 64, 3.0, 1.5
 # Steps along the rays, px, and lines beside each other.
 COARSE_STEP_PX, COARSE_LINES, FINE_STEP_PX, FINE_LINES = 1.0, 1, 0.5, 3
 # A wider filter locates a noisy edge better by its peak, up to √5 times the blur, but sees more of what is near.
@@ -60,17 +61,19 @@ GOOD, NO_EDGE, NO_CONSENSUS = 0.0, 1.0, 2.0
 
 
 @compiled
-def visible_rays(shape: Floats, top_y: float, wanted: int, size: tuple[int, int]) -> tuple[Floats, float, float]:
+def visible_rays(
+    shape: Floats, top_y: float, wanted: int, apart_px: float, size: tuple[int, int]
+) -> tuple[Floats, float, float]:
     """Sector rows below ``top_y`` whose points lie in the image, with two shares of the whole perimeter.
 
-    About ``wanted`` rows, fewer where they would be crowded. The shares are of what lies below ``top_y`` and of the
-    part of it that lies in the image.
+    About ``wanted`` rows, fewer where they would be less than ``apart_px`` from each other. The shares are of what lies
+    below ``top_y`` and of the part of it that lies in the image.
     """
     a, b = semi_axes(shape)
     sine = min(1.0, max(-1.0, (top_y - shape[1]) / b))
     share = max(0.1, 0.5 - math.asin(sine) / math.pi)
     around = 2.0 * math.pi * math.sqrt(0.5 * (a * a + b * b))
-    wanted = min(wanted, max(ENOUGH_RAYS, int(share * around / APART_PX)))
+    wanted = min(wanted, max(ENOUGH_RAYS, int(share * around / apart_px)))
     turns = wanted / share
     count, table = quadrant_table(a, b, 1.3 * around / turns, 1.3 * 2.0 * math.pi / (0.3 * turns))
     phi = sector_angles(count, table)
@@ -148,17 +151,17 @@ def scan_once(
     ellipse that was found (rays, 1), and the parameter step.
     """
     fine, size = kind == FINE, free.size
+    crowded = fine and report[LEFT_OUT] > OCCLUDED_SHARE  # by the scan before
     nothing, step = np.empty((0, 1)), np.zeros(5)
     report[STATUS] = NO_EDGE
-    wanted = int(search[2]) if fine else COARSE_RAYS
-    rays, report[BELOW], report[SEEN] = visible_rays(shape, top_y, wanted, values.shape)
+    wanted, apart_px = int(search[2]) if fine else COARSE_RAYS, DENSE_PX if crowded else APART_PX
+    rays, report[BELOW], report[SEEN] = visible_rays(shape, top_y, wanted, apart_px, values.shape)
     number = rays.shape[0]
     if number < size + 4:
         return rays, nothing, step
-    half = min((search[0], MIDDLE_PX, FINE_PX)[kind], 0.8 * number + 4.0)
+    half = min((search[0], MIDDLE_PX, CROWDED_PX if crowded else FINE_PX)[kind], 0.8 * number + 4.0)
     step_px, lines, sigma = COARSE_STEP_PX, COARSE_LINES, KERNEL_SIGMA_PX
     if fine:
-        crowded = report[LEFT_OUT] > OCCLUDED_SHARE  # by the scan before
         step_px, lines, sigma = FINE_STEP_PX, FINE_LINES, KERNEL_SIGMA_PX if crowded else FINE_SIGMA_PX
     at, height, noise = edge_candidates(values, rays, half, step_px, lines, sigma)
     heights = height[:, 0].copy()
@@ -192,9 +195,9 @@ def scan_shape(
     the last scan, the variance of the blur along the edge (px^2), the number of scans (3, or 2 where the third and
     fine one is only for outlines that are partly hidden), the motion (x, y), px, and the noise of a pixel, 0 where it
     is not known. An outline that is ``followed`` is looked for where the guess has it, and only where it is not found
-    there further off. Returns the covariance of the free parameters, (status, share of the perimeter that is visible,
-    share of rays left out, scale of the residual in px, contrast, share below the top row); status 0 is good, 1 no
-    edge, 2 no consensus; and, of three scans, the turn (see `turning`).
+    there further off. Returns, of three scans, the covariance of the free parameters; (status, share of the perimeter
+    that is visible, share of rays left out, scale of the residual in px, contrast, share below the top row), status 0
+    being good, 1 no edge, 2 no consensus; and, of three scans, the turn (see `turning`).
     """
     report, factor = np.zeros(REPORT), np.zeros((free.size, free.size))
     guess, kind = shape.copy(), FINE if followed else COARSE
@@ -215,7 +218,9 @@ def scan_shape(
         kind = MIDDLE if kind == COARSE and not settled else FINE
         if kind == FINE and search[4] < 3.0 and report[LEFT_OUT] < OCCLUDED_SHARE:
             break
+    if search[4] < 3.0:
+        return np.zeros((free.size, free.size)), report, no_turn()
     found = scan_covariance(off, rays, free, factor, report[SCALE])
-    if search[4] < 3.0 or not wants_tilt(free):
+    if not wants_tilt(free):
         return found, report, no_turn()
     return found, report, ray_turn(off, rays, free, report[SCALE])
