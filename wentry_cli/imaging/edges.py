@@ -36,6 +36,20 @@ def edge_kernel(step: float, sigma: float) -> Singles:
 
 
 @compiled
+def rounder_than_parabola(step: float, sigma: float) -> float:
+    """By what the parabola through three samples ``step`` px apart of a filter's response falls short, relatively."""
+    return 0.25 * step**2 / (sigma**2 + EDGE_VARIANCE)
+
+
+@compiled
+def peak_between(before: float, here: float, after: float, rounder: float) -> float:
+    """Where a Gaussian response peaks beside the highest of three samples, in steps (see `rounder_than_parabola`)."""
+    bend = before - 2.0 * here + after
+    shift = 0.5 * (before - after) / bend if bend < 0.0 else 0.0
+    return shift + rounder * shift * (1.0 - 4.0 * shift * shift)
+
+
+@compiled
 def keep_candidate(at: Floats, height: Floats, position: float, strength: float) -> None:
     """Insert a candidate into the short list of one ray, strongest first."""
     for slot in range(CANDIDATES):
@@ -87,8 +101,7 @@ def edge_candidates(
     robust estimate of the noise of one profile sample.
     """
     kernel = edge_kernel(step, sigma)
-    # what the parabola through three samples of a Gaussian falls short by, in the first order
-    rounder = 0.25 * step**2 / (sigma**2 + EDGE_VARIANCE)
+    rounder = rounder_than_parabola(step, sigma)
     margin = kernel.size
     span = math.ceil(2.0 * half / step) + 1
     profiles, ends = sample_rays(values, rays, half + margin * step, step, lines, span + 2 * margin)
@@ -104,10 +117,7 @@ def edge_candidates(
             # bit by bit: one branch in place of three that nobody can predict
             if not ((here > least) & (here >= response[n - 1, k]) & (here > response[n + 1, k])):
                 continue
-            before, after = float(response[n - 1, k]), float(response[n + 1, k])
-            bend = before - 2.0 * here + after
-            shift = 0.5 * (before - after) / bend if bend < 0.0 else 0.0
-            shift += rounder * shift * (1.0 - 4.0 * shift * shift)
+            shift = peak_between(float(response[n - 1, k]), here, float(response[n + 1, k]), rounder)
             keep_candidate(at[k], height[k], (n + shift) * step - half, here)
             least = height[k, CANDIDATES - 1]
     return at, height, sample_noise(profiles, ends, margin)
