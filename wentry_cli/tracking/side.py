@@ -20,6 +20,7 @@ from wentry_cli.tracking.flight import air_plan, both_ways
 from wentry_cli.tracking.follow import Plan
 from wentry_cli.tracking.held import let_go, since
 from wentry_cli.tracking.mirror import NO_MIRROR, Mirror, find_mirror, without_rising
+from wentry_cli.tracking.mostly_hidden import doubted_where_hidden
 from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.scale import PooledRadius, merge_media
 from wentry_cli.tracking.shape_check import NO_CHECK, ShapeCheck, doubted_radius, learn_departure
@@ -86,7 +87,7 @@ def track_side(frames: Frames, ground: Background, seed: Path, scene: SideScene)
     # what the radius may be off by, all frames have in common: it explains no difference between them
     held = replace(water, unc=0.0)
     seen = without_unconfirmed(below.look_again(without_rising(below.settle(wet, held), mirror)))
-    seen = constrain(seen, water, wet=True)
+    seen = [doubted_where_hidden(item) for item in constrain(seen, water, wet=True)]
     deformed = 0.0 if scene.deformable or _mostly_ok(seen) else below.deformation(water)
     return SideTrack([*dry, *seen], air, water, check, mirror, deformed)
 
