@@ -1,7 +1,8 @@
 """Whole recordings: frames per second of decoding alone, of `track` and of `wentry process`, with the bottom's error.
 
 The peer is the usual recipe on the same frames: flat field, half level, largest contour, cv2.fitEllipse. The time is
-also measured against the number of frames, and that of a campaign against the number of processes.
+also measured against the number of frames, and that of a campaign against the number of processes. All methods take
+turns, and the least of their times counts: what others do on the machine comes and goes, and only adds.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -53,7 +55,8 @@ PROCESSES = (1, 2)
 CAMPAIGN = " raw drops"
 LEVELS = ("accurate", "fast")
 PROCESS = (ingest, track, cavity, stretch, kinematics)
-REPEATS = 3
+STAGES = tuple(stage.__name__.rpartition(".")[2] for stage in PROCESS)
+REPEATS = 5
 GROSS_MM = 5.0  # a fifth of the radius: such a bottom is not that of the sphere
 
 
@@ -119,23 +122,27 @@ def _drop(folder: Path, level: str) -> Drop:
 
 def _measure(case: str, folder: Path) -> list[BenchRow]:
     truth = pd.read_csv(folder / "truth" / "truth.csv")
-    drops = {level: _drop(folder, level) for level in LEVELS}
-    results = folder / "results"
-    rows = [_row(case, DECODING, _timed(lambda: _decode(folder)), None, truth)]
-    _process(results, drops[LEVELS[0]])  # compiles, and writes what track reads
-    for level, drop in drops.items():
-        seconds = _median_process(results, drop, (track,))["track"]
-        rows.append(_row(case, f"{TRACKING}{level}", seconds, read_table(results, "side"), truth))
-    split = _median_process(results, drops[LEVELS[0]])
-    note = ", ".join(f"{name} {seconds:.2f} s" for name, seconds in split.items())
-    rows.append(_row(case, PROCESSING, sum(split.values()), read_table(results, "side"), truth, note))
-    geometry = read_table(results, "geometry").iloc[0]
-    found: list[Floats] = []
-    seconds = _timed(lambda: found.append(_threshold_recipe(folder)))
-    metres = (geometry["surface_y_px"] - found[0]) / geometry["scale_px_per_m"]
-    measured = pd.DataFrame({"y_b_m": metres, "status": "ok"})
-    rows.append(_row(case, RECIPE, seconds, measured, truth))
-    return rows
+    drops = {f"{TRACKING}{level}": _drop(folder, level) for level in LEVELS}
+    drop, results = drops[f"{TRACKING}{LEVELS[0]}"], folder / "results"
+    _process(results, drop)  # compiles, and writes what track reads
+    taken: dict[str, list[float]] = defaultdict(list)
+    found: dict[str, pd.DataFrame] = {}
+    bottoms: list[Floats] = []
+    for _ in range(REPEATS):
+        taken[DECODING].append(_seconds(lambda: _decode(folder)))
+        for method, item in drops.items():
+            taken[method].append(_process(results, item, (track,))["track"])
+            found[method] = read_table(results, "side")
+        for stage, seconds in _process(results, drop).items():
+            taken[stage].append(seconds)
+        taken[RECIPE].append(_seconds(lambda: bottoms.append(_threshold_recipe(folder))))
+    found[RECIPE] = _in_metres(bottoms[-1], read_table(results, "geometry").iloc[0])
+    best = {name: min(seconds) for name, seconds in taken.items()}
+    stages = {name: best.pop(name) for name in [stage for stage in taken if stage in STAGES]}
+    best[PROCESSING], found[PROCESSING] = sum(stages.values()), found[f"{TRACKING}{LEVELS[0]}"]
+    notes = {PROCESSING: ", ".join(f"{name} {seconds:.2f} s" for name, seconds in stages.items())}
+    order = (DECODING, *drops, PROCESSING, RECIPE)
+    return [_row(case, name, best[name], found.get(name), truth, notes.get(name, "")) for name in order]
 
 
 def _first_frames(case: str, folder: Path) -> list[BenchRow]:
@@ -146,8 +153,7 @@ def _first_frames(case: str, folder: Path) -> list[BenchRow]:
         count = int(part * len(truth))
         drop, results = _cut(_drop(folder, LEVELS[0]), count), folder / f"results_{count}"
         _process(results, drop)  # writes what track reads
-        tracked = _median_process(results, drop, (track,))["track"]
-        processed = sum(_median_process(results, drop).values())
+        tracked, processed = _best_process(results, drop, (track,)), _best_process(results, drop)
         side, known = read_table(results, "side"), truth.head(count)
         for method, seconds in ((f"{TRACKING}{LEVELS[0]}", tracked), (PROCESSING, processed)):
             rows.append(_row(f"{case}{FIRST_FRAMES}{count} frames", method, seconds, side, known))
@@ -162,7 +168,7 @@ def _cut(drop: Drop, count: int) -> Drop:
 
 
 def _campaign(campaign: Path, results: Path) -> list[BenchRow]:
-    """Wall time of the command `wentry process`, its start included, median of three; on as many processes as told."""
+    """Least wall time of the command `wentry process`, its start included, on as many processes as told."""
     drops = sorted(path.parent for path in campaign.glob("*/experiment.yaml"))
     truth = pd.concat([pd.read_csv(drop / "truth" / "truth.csv") for drop in drops])
     rows = []
@@ -175,23 +181,21 @@ def _campaign(campaign: Path, results: Path) -> list[BenchRow]:
             taken.append(time.perf_counter() - started)
         method = f"{PROCESSING} -j {jobs}"
         told = f"wall time, {os.cpu_count()} cores"
-        rows.append(_row(f"{len(drops)}{CAMPAIGN}", method, float(np.median(taken)), None, truth, told))
+        rows.append(_row(f"{len(drops)}{CAMPAIGN}", method, min(taken), None, truth, told))
     return rows
 
 
-def _timed(work: Callable[[], Any]) -> float:
-    """Median processor time of ``work`` in seconds: what others do on the machine does not count."""
-    taken = []
-    for _ in range(REPEATS):
-        started = time.process_time()
-        work()
-        taken.append(time.process_time() - started)
-    return float(np.median(taken))
+def _seconds(work: Callable[[], Any]) -> float:
+    """Processor time of ``work`` in seconds."""
+    started = time.process_time()
+    work()
+    return time.process_time() - started
 
 
-def _median_process(results: Path, drop: Drop, stages: tuple[ModuleType, ...] = PROCESS) -> dict[str, float]:
+def _best_process(results: Path, drop: Drop, stages: tuple[ModuleType, ...] = PROCESS) -> float:
+    """Least processor time of ``stages``, each by itself, in seconds."""
     runs = [_process(results, drop, stages) for _ in range(REPEATS)]
-    return {name: float(np.median([run[name] for run in runs])) for name in runs[0]}
+    return sum(min(run[name] for run in runs) for name in runs[0])
 
 
 def _process(results: Path, drop: Drop, stages: tuple[ModuleType, ...] = PROCESS) -> dict[str, float]:
@@ -214,6 +218,12 @@ def _decode(folder: Path) -> None:
 
 def _source(folder: Path) -> Path:
     return read_drop("bench", folder).source_path("side")
+
+
+def _in_metres(bottoms: Floats, geometry: pd.Series[Any]) -> pd.DataFrame:
+    """What the peer makes of y_b, with our scale and surface."""
+    metres = (geometry["surface_y_px"] - bottoms) / geometry["scale_px_per_m"]
+    return pd.DataFrame({"y_b_m": metres, "status": "ok"})
 
 
 def _threshold_recipe(folder: Path) -> Floats:
