@@ -12,7 +12,7 @@ from wentry_cli.tracking.sighting import Sighting
 def test_uncertainties_grow_with_what_is_hidden_beyond_most():
     s = draw(1)
     fit = fit_silhouette(s.patch, s.shape, top_y_px=s.top_y)
-    half, most = (Sighting(3, "ok", fit._replace(gated_fraction=share)) for share in (0.5, 0.7))
+    half, most = (Sighting(3, "ok", fit._replace(gated_fraction=share)) for share in (0.5, 0.8))
     assert doubted_where_hidden(half) is half
     doubted = doubted_where_hidden(most).fit
     assert doubted is not None

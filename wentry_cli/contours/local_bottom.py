@@ -39,7 +39,7 @@ def fit_local_bottom(patch: Patch, fit: SilhouetteFit, *, motion_px: tuple[float
         return no_bottom(fit.status)
     values = np.ascontiguousarray(patch.values, dtype=np.float32)
     shape = fit.shape.vector(patch.x0, patch.y0)
-    settings = np.array([-math.inf, *motion_px, patch.ceiling, 0.0])
+    settings = np.array([-math.inf, *motion_px, patch.ceiling, 0.0, 1.0])
     reach = reach_of(PRIOR_LN_S if math.isnan(fit.blur_px) else math.log(fit.blur_px))
     found = refine_bottom(values, shape, settings, reach, False)
     if found[HOW] != FOUND and np.isnan(values).any():

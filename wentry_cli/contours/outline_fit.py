@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.bottom_cap import ELSEWHERE, bottom_within, not_found
 from wentry_cli.contours.refine import BLUR, PLAIN, RESIDUAL, STATUS, refine_shape
-from wentry_cli.contours.scan import scan_shape
+from wentry_cli.contours.scan import LEFT_OUT, OCCLUDED_SHARE, scan_shape
 from wentry_cli.contours.turning import ANSWER, STEP, UNC
 
 Floats = NDArray[np.float64]
@@ -29,10 +29,10 @@ VERDICTS, POOR = ("", "short_arc", "out_of_frame", "no_edge", "occluded", "poor_
 class OutlineRequest(NamedTuple):
     """How an outline is to be fitted: one that compiled code can read.
 
-    ``settings`` are those of `refine.Band`; ``refines`` is False for the scan alone; ``noise`` is the least one of the
-    patch, ``least_arc`` the share of the perimeter that must be seen, ``tilt_unc`` (rad) how well a tilt that is held
-    is known; ``bottom`` asks for the lowest point from the cap alone, too, and ``followed`` says that the guess comes
-    from frames just before, of which a scan makes use.
+    ``settings`` are those of `refine.Band` but the last, which the scan tells; ``refines`` is False for the scan alone;
+    ``noise`` is the least one of the patch, ``least_arc`` the share of the perimeter that must be seen, ``tilt_unc``
+    (rad) how well a tilt that is held is known; ``bottom`` asks for the lowest point from the cap alone, too, and
+    ``followed`` says that the guess comes from frames just before, of which a scan makes use.
     """
 
     settings: Floats
@@ -122,7 +122,8 @@ def fit_outline(
     found[QUALITY + 1 : KNOWN] = scan[1:4]
     found[VERDICT] = scan_verdict(scan, request.least_arc)
     if found[VERDICT] == 0.0 and request.refines:
-        covariance, fine, turn, band, belief = refine_shape(values, vector, free, request.settings)
+        settings = np.append(request.settings, 1.0 if scan[LEFT_OUT] > OCCLUDED_SHARE else 0.0)
+        covariance, fine, turn, band, belief = refine_shape(values, vector, free, settings)
         if fine[STATUS] == 0.0:
             found[QUALITY:KNOWN] = fine[BLUR : RESIDUAL + 1]
             if request.bottom and fine[PLAIN] > 0.0:

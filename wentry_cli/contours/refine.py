@@ -44,7 +44,8 @@ from wentry_cli.contours.turning import no_turn, pixel_turn, wants_tilt
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-SECTOR_PX = 4.0
+# Sectors of an outline that is hidden in part are smaller: what hides them costs less.
+SECTOR_PX, SMALL_SECTOR_PX = 4.0, 3.0
 SECTOR_ANGLE = math.radians(40.0)
 # The band of the edge ends where its blur does, so many standard deviations away.
 REACH_SIGMA, LEAST_BLUR, WIDER = 4.2, 1.0, 1.25
@@ -64,7 +65,8 @@ class Band(NamedTuple):
 
     ``places`` says where in the patch, read line by line, a pixel is. ``plateaus`` are the moments of what lies beyond
     them (see `plateau`), ``width`` is that of the band, px. ``scene`` holds centre (x, y), radius and motion (x, y);
-    ``settings`` the top row, the motion (x, y), the ceiling and 1 where outliers lie outside only.
+    ``settings`` the top row, the motion (x, y), the ceiling, 1 where outliers lie outside only, and 1 where much of the
+    outline is hidden.
     """
 
     shape: Floats
@@ -127,7 +129,7 @@ def gather_band(values: NDArray[np.float32], shape: Floats, settings: Floats, re
     ``masked`` is the level that masked pixels outside of the edge are taken to have; NaN leaves them out.
     """
     a, b = semi_axes(shape)
-    count, table = quadrant_table(a, b, SECTOR_PX, SECTOR_ANGLE)
+    count, table = quadrant_table(a, b, SMALL_SECTOR_PX if settings[5] > 0.0 else SECTOR_PX, SECTOR_ANGLE)
     rows = arc_geometry(shape, sector_angles(count, table))
     motion = 0.5 * math.hypot(settings[1], settings[2])
     limits = np.array([min(reach + motion, 0.5 * min(a, b)), reach + motion, settings[0], masked])

@@ -8,7 +8,7 @@ from wentry_cli.contours.fitting import HALF_GATED
 from wentry_cli.tracking.sighting import Sighting
 
 # Beyond half hidden the variance grows by the square of what is beyond it, in these parts.
-PART = 0.1
+PART = 0.15
 
 
 def doubted_where_hidden(item: Sighting) -> Sighting:
