@@ -13,6 +13,7 @@ from wentry_cli.contours.clipped import CLIPPED_PX, is_clipped
 from wentry_cli.contours.ellipse import SilhouetteFit
 from wentry_cli.contours.nuisances import PRIOR_LN_S
 from wentry_cli.contours.refine import reach_of
+from wentry_cli.contours.scan import OCCLUDED_SHARE
 from wentry_cli.imaging.patch import Patch
 
 STATUS_WORDS = ("ok", "occluded", "poor_fit", "out_of_frame")
@@ -39,7 +40,7 @@ def fit_local_bottom(patch: Patch, fit: SilhouetteFit, *, motion_px: tuple[float
         return no_bottom(fit.status)
     values = np.ascontiguousarray(patch.values, dtype=np.float32)
     shape = fit.shape.vector(patch.x0, patch.y0)
-    settings = np.array([-math.inf, *motion_px, patch.ceiling, 0.0, 1.0])
+    settings = np.array([-math.inf, *motion_px, patch.ceiling, 0.0, fit.gated_fraction > OCCLUDED_SHARE], np.float64)
     reach = reach_of(PRIOR_LN_S if math.isnan(fit.blur_px) else math.log(fit.blur_px))
     found = refine_bottom(values, shape, settings, reach, False)
     if found[HOW] != FOUND and np.isnan(values).any():
