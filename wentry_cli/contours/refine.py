@@ -55,6 +55,8 @@ ROUNDS = 6
 # Share of the outline left out from which it is worth looking at single pixels.
 HIDDEN_SHARE = 0.02
 COLLECTIONS = 4
+# How often single pixels are looked at, as long as that moves the outline.
+REGAINS = 4
 # Entries of the report of `refine_shape`.
 STATUS, BLUR, ARC, GATED, RESIDUAL, PLAIN, REPORT = 0, 1, 2, 3, 4, 5, 6
 SINGULAR, LOST = 1.0, 2.0
@@ -213,17 +215,26 @@ def regain(
 ) -> tuple[Band, Floats, Floats, Floats]:
     """Solve again with the sectors that are only hidden in part, without the pixels that are.
 
-    ``moved`` is the step that led from ``band`` to ``shape``. ``shape`` and ``belief`` are changed in place. Returns
-    the other band and, of it, step, factor and verdict; the factor is empty where that leads astray.
+    That is done again while it moves the outline: the better it is known, the better is seen what hides it. ``moved``
+    is the step that led from ``band`` to ``shape``. ``shape`` and ``belief`` are changed in place. Returns the last
+    band and, of it, step, factor and verdict; the factor is empty where the first time leads astray.
     """
-    other = gather_band(cleaned_of(values, band, moved, belief), shape, band.settings, reach, math.nan)
-    trial = copied(belief)
-    step, factor, _, verdict = solve_band(other, trial, free, 0)
-    if factor.size == 0 or farthest(other.rows, step) > RECOLLECT_PX:
-        return other, step, np.zeros((0, 0)), verdict
-    shape[:5] += step
-    belief.nuisance[:], belief.noise[:], belief.spread[:] = trial.nuisance, trial.noise, trial.spread
-    return other, step, factor, verdict
+    nothing = np.zeros((0, 0))
+    last, to_shape, factor, verdict = band, moved, nothing, nothing
+    for _ in range(REGAINS):
+        cleaned = cleaned_of(values, band, moved, belief)
+        other, trial = gather_band(cleaned, shape, band.settings, reach, math.nan), copied(belief)
+        step, better, _, judged = solve_band(other, trial, free, 0)
+        far = farthest(other.rows, step)
+        if better.size == 0 or far > RECOLLECT_PX:
+            break
+        last, to_shape, factor, verdict = other, step, better, judged
+        shape[:5] += step
+        belief.nuisance[:], belief.noise[:], belief.spread[:] = trial.nuisance, trial.noise, trial.spread
+        if far < SETTLED_PX:
+            break
+        band, moved = gather_band(values, shape, band.settings, reach, math.nan), np.zeros(5)
+    return last, to_shape, factor, verdict
 
 
 @compiled

@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 # Standard deviations from which a pixel is spoilt, and how far (px^2) that reaches.
-SPOILT_SIGMA, REACH_PX2, REACH_PX = 4.0, 5, 2
+SPOILT_SIGMA, REACH_PX2, REACH_PX = 3.5, 4, 2
 # A sector that keeps less of what it tells about its edge is left out: what is left of it proves little.
 LEAST_INFORMATION = 0.4
 
