@@ -34,12 +34,10 @@ MOST_GATED = 0.75
 MOST_GATED_ONE_SIDED = 0.6
 MOST_RESIDUAL_PX = 1.0
 MOST_CLIPPED = 0.95
-# With half of the outline hidden, the rest must agree with itself to this: else nobody knows which half is right.
-HALF_GATED = 0.5
-MOST_RESIDUAL_GATED_PX = 0.12
-# Less than a quarter of it is enough where that quarter agrees as only the sphere does.
-FEW_KEPT = 0.85
-MOST_RESIDUAL_FEW_PX = 0.03
+# With half of the outline hidden, the rest must agree with itself: else nobody knows which half is right. The less is
+# left of it, the better; less than a quarter is enough where that quarter agrees as only the sphere does.
+HALF_GATED, FEW_KEPT = 0.5, 0.85
+MOST_RESIDUAL_GATED_PX, MOST_RESIDUAL_FEW_PX = 0.12, 0.03
 
 
 class FitRequest(NamedTuple):
@@ -188,9 +186,10 @@ def fit_status(gated: float, residual: float, request: FitRequest) -> str:
     """``ok`` only where the outline agrees with itself."""
     if residual > MOST_RESIDUAL_PX:
         return "poor_fit"
-    if gated > HALF_GATED and residual > MOST_RESIDUAL_GATED_PX:
+    part = (gated - HALF_GATED) / (MOST_GATED - HALF_GATED)
+    limit = MOST_RESIDUAL_GATED_PX + min(part, 1.0) * (MOST_RESIDUAL_FEW_PX - MOST_RESIDUAL_GATED_PX)
+    if part > 0.0 and residual > limit:
         return "occluded"
     if gated <= (MOST_GATED_ONE_SIDED if request.one_sided else MOST_GATED):
         return "ok"
-    agrees = not request.one_sided and residual < MOST_RESIDUAL_FEW_PX and gated < FEW_KEPT
-    return "ok" if agrees else "occluded"
+    return "ok" if not request.one_sided and gated < FEW_KEPT else "occluded"
