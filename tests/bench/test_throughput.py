@@ -12,7 +12,7 @@ import yaml
 
 from wentry_cli.bench.row import BenchRow
 from wentry_cli.bench.speed_clips import write_copy
-from wentry_cli.bench.speed_page import speed_tables
+from wentry_cli.bench.speed_page import UNPACKING_US, speed_tables
 from wentry_cli.bench.speed_targets import ACCURATE, FAST, list_speed
 from wentry_cli.bench.throughput import (
     CAMPAIGN,
@@ -22,6 +22,8 @@ from wentry_cli.bench.throughput import (
     PROCESSING,
     QUICK,
     RECIPE,
+    UNPACKING,
+    YARDSTICK,
     bench_scene,
     run,
 )  # fmt: skip
@@ -60,6 +62,16 @@ def test_time_against_the_number_of_frames_is_a_line() -> None:
     page = "\n".join(speed_tables(made_up()))
     assert "| 100 | 0.080 |\n| 250 | 0.125 |\n| 500 | 0.200 |" in page
     assert f"{ACCURATE}: 50 ms and 0.300 ms a frame, at most 0% off that line." in page
+
+
+def test_the_machine_is_compared_with_that_of_the_targets() -> None:
+    unpacking = replace(made_up()[0], case=YARDSTICK, method=UNPACKING, time_us=2.0 * UNPACKING_US)
+    page = "\n".join(speed_tables([*made_up(), unpacking]))
+    assert f"in memory, in {2.0 * UNPACKING_US:.0f} µs" in page
+    (target,) = (item for item in list_speed([*made_up(), unpacking]) if item.what.endswith("track, accurate, R 60"))
+    assert "; 5000 if all else scales" in target.measured
+    assert not target.met  # what counts is what was measured
+    assert "in memory, in" not in "\n".join(speed_tables(made_up()))
 
 
 def test_targets_of_speed_are_those_of_the_slowest_case() -> None:

@@ -26,7 +26,7 @@ def test_a_speck_is_masked_with_its_neighbours_and_nothing_else():
     room = expect(pixels, starts, state, np.full(2, 1e-4), np.inf)
     cleaned = without_spoilt(values, room, starts, places, state, (np.full(2, 1e-6), 0.02))
     y, x = np.mgrid[:20, :30]
-    assert np.array_equal(np.isnan(cleaned), (y - 9) ** 2 + (x - 12) ** 2 <= 5)
+    assert np.array_equal(np.isnan(cleaned), np.hypot(y - 9, x - 12) <= 2.0)
     assert not np.isnan(values).any()
 
 

@@ -29,6 +29,7 @@ from wentry_cli.bench.speed_clips import SpeedCase, write_copy
 from wentry_cli.config.campaign import Drop, read_drop
 from wentry_cli.frames.decoded import decoded_once
 from wentry_cli.frames.formats import open_recording
+from wentry_cli.frames.packed import unpack_12bit
 from wentry_cli.stages import cavity, ingest, kinematics, stretch, track
 from wentry_cli.synthetic.campaign import render_drop
 from wentry_cli.synthetic.scene import Scene
@@ -55,13 +56,15 @@ PROCESSES = (1, 2)
 CAMPAIGN = " raw drops"
 LEVELS = ("accurate", "fast")
 PROCESS = (ingest, track, cavity, stretch, kinematics)
+YARDSTICK, UNPACKING = "a whole frame in memory", "unpacking 12 bits"
 STAGES = tuple(stage.__name__.rpartition(".")[2] for stage in PROCESS)
 REPEATS = 5
+FRAME_PX = 1024
 GROSS_MM = 5.0  # a fifth of the radius: such a bottom is not that of the sphere
 
 
 def run(quick: bool, seed: int) -> list[BenchRow]:
-    """Rows by format and method, of the first frames alone, and of all raw drops on one and two processes.
+    """Rows by format and method, of the first frames alone, of all raw drops on one and two processes, of the machine.
 
     Frames have 1024 x 1024 pixels and lie in the page cache; one core, but for the last.
     """
@@ -81,7 +84,7 @@ def run(quick: bool, seed: int) -> list[BenchRow]:
             if case is CASES[0]:
                 rows += _first_frames(case.name, folder)
         rows += _campaign(campaign, Path(name) / "results")
-    return rows
+    return [*rows, _unpacking()]
 
 
 def bench_scene(kind: str, bits: int, seed: int, quick: bool, radius_px: float = 60.0) -> Scene:
@@ -94,8 +97,8 @@ def bench_scene(kind: str, bits: int, seed: int, quick: bool, radius_px: float =
             "sphere": {"diameter_m": 0.051, "material": "bench", "law": MATERIAL},
             "impact_speed_m_s": 5.3,
             "side": {
-                "width": 1024,
-                "height": 1024,
+                "width": FRAME_PX,
+                "height": FRAME_PX,
                 "scale_px_per_m": scale,
                 "surface_y_px": 180.3 + 2.4 * radius_px,
                 "format": kind,
@@ -143,6 +146,15 @@ def _measure(case: str, folder: Path) -> list[BenchRow]:
     notes = {PROCESSING: ", ".join(f"{name} {seconds:.2f} s" for name, seconds in stages.items())}
     order = (DECODING, *drops, PROCESSING, RECIPE)
     return [_row(case, name, best[name], found.get(name), truth, notes.get(name, "")) for name in order]
+
+
+def _unpacking() -> BenchRow:
+    """What the machine needs to unpack a frame of 1024 x 1024 pixels: by this its speed compares with another's."""
+    packed = np.random.default_rng(0).integers(0, 256, FRAME_PX**2 * 3 // 2, np.uint8)
+    levels = np.empty((FRAME_PX, FRAME_PX), np.uint16)
+    taken = [_seconds(lambda: unpack_12bit(packed, 0, FRAME_PX, levels)) for _ in range(50 * REPEATS)]
+    nan = float("nan")
+    return BenchRow("throughput", YARDSTICK, UNPACKING, "", "", nan, nan, nan, 0.0, 1e6 * min(taken), items=1)
 
 
 def _first_frames(case: str, folder: Path) -> list[BenchRow]:
