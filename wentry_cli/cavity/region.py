@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from wentry_cli.compiled import compiled
 from wentry_cli.imaging.background import Background, cut_patch
 from wentry_cli.imaging.patch import Patch
-from wentry_cli.tracking.source import Frames
+from wentry_cli.tracking.source import Frames, PackedFrames
 
 
 class Region(NamedTuple):
@@ -37,8 +37,7 @@ def read_region(frames: Frames, index: int, box: tuple[int, int, int, int], grou
     x0, y0, x1, y1 = box
     if ground.contrast > 0.0:  # a bright sphere: the transmission is no multiple of the level
         return region_of_patch(cut_patch(frames.read(index, box), x0, y0, ground))
-    read = getattr(frames, "packed_rows", None)
-    rows: tuple[NDArray[np.uint8], int] | None = read(index, (y0, y1)) if read else None
+    rows = frames.packed_rows(index, (y0, y1)) if isinstance(frames, PackedFrames) else None
     if rows:
         return Region(rows[0], ground.gain[y0:y1], rows[1] + x0, x0, x1 - x0, True)
     return Region(np.ascontiguousarray(frames.read(index, box)), ground.gain[y0:y1], 0, x0, x1 - x0, False)

@@ -90,6 +90,14 @@ def departure_at(shape: Floats, cosine: float, sine: float) -> float:
 
 
 @compiled
+def lowest_angle(shape: Floats) -> tuple[float, float]:
+    """Eccentric angle of the lowest point, and its depth below the centre, px."""
+    a, b = semi_axes(shape)
+    across, along = -a * math.sin(shape[4]), b * math.cos(shape[4])
+    return math.atan2(along, across), math.hypot(across, along)
+
+
+@compiled
 def perimeter_of(a: float, b: float) -> float:
     """Perimeter of an ellipse with these semi-axes (Ramanujan)."""
     h = ((a - b) / (a + b)) ** 2
@@ -146,12 +154,18 @@ def arc_rows(shape: Floats, phi: Floats, width: Floats) -> Floats:
 
 
 @compiled
+def displacement_of(row: Floats, moved: Floats) -> float:
+    """How far outwards a sector or ray moves under a parameter step, px; ``row`` is one of `arc_rows`."""
+    displacement = 0.0
+    for i in range(5):
+        displacement += row[J + i] * moved[i]
+    return displacement
+
+
+@compiled
 def farthest(rows: Floats, moved: Floats) -> float:
     """Greatest displacement of the outline under a parameter step, px."""
     far = 0.0
     for k in range(rows.shape[0]):
-        displacement = 0.0
-        for i in range(5):
-            displacement += rows[k, J + i] * moved[i]
-        far = max(far, abs(displacement))
+        far = max(far, abs(displacement_of(rows[k], moved)))
     return far

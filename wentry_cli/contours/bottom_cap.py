@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.contours.arc import ANGLE, DEPARTURE, LENGTH, J, farthest, semi_axes
+from wentry_cli.contours.arc import ANGLE, DEPARTURE, LENGTH, J, farthest, lowest_angle, semi_axes
 from wentry_cli.contours.discrepancy import residual_statistics
 from wentry_cli.contours.likelihood import COUNT, first_levels
 from wentry_cli.contours.normal_equations import invert_block
@@ -52,14 +52,6 @@ class Cap(NamedTuple):
 
     band: Band
     place: Floats
-
-
-@compiled
-def lowest_angle(shape: Floats) -> tuple[float, float]:
-    """Eccentric angle of the lowest point, and its depth below the centre, px."""
-    a, b = semi_axes(shape)
-    across, along = -a * math.sin(shape[4]), b * math.cos(shape[4])
-    return math.atan2(along, across), math.hypot(across, along)
 
 
 @compiled

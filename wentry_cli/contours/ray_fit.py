@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.contours.arc import J
+from wentry_cli.contours.arc import J, displacement_of
 from wentry_cli.contours.normal_equations import factorise, solve, substitute
 from wentry_cli.contours.ray_scatter import TUKEY
 from wentry_cli.imaging.edges import CANDIDATES
@@ -41,9 +41,7 @@ def score(at: Floats, height: Floats, rays: Floats, step: Floats, settings: Floa
     strong, limit, outer_limit = settings[0], settings[1], settings[2]
     total, inliers = 0.0, 0
     for k in range(rays.shape[0]):
-        target = 0.0
-        for i in range(5):
-            target += rays[k, J + i] * step[i]
+        target = displacement_of(rays[k], step)
         off = nearest(at[k], strong, height[k], target) - target
         bound = outer_limit if off > 0.0 else limit
         if abs(off) < bound:
@@ -111,9 +109,7 @@ def consensus(at: Floats, height: Floats, rays: Floats, free: Ints, settings: Fl
 def rest_of(at: Floats, height: Floats, rays: Floats, step: Floats, least: float, off: Floats) -> None:
     """Fill in how far the nearest candidates that are strong enough lie outside of the moved model, px, or NaN."""
     for k in range(rays.shape[0]):
-        target = 0.0
-        for i in range(5):
-            target += rays[k, J + i] * step[i]
+        target = displacement_of(rays[k], step)
         off[k] = nearest(at[k], least, height[k], target) - target
 
 

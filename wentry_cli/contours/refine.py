@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.contours.arc import LENGTH, J, arc_geometry, farthest, quadrant_table, sector_angles, semi_axes
+from wentry_cli.contours.arc import LENGTH, arc_geometry, farthest, quadrant_table, sector_angles, semi_axes
 from wentry_cli.contours.band import collect_band
 from wentry_cli.contours.discrepancy import add_discrepancy, excess_variance, pull_of_sectors, residual_statistics
 from wentry_cli.contours.likelihood import (
@@ -90,20 +90,15 @@ def update(
     if not factorise(normal):
         return False, math.nan
     substitute(normal, right)
-    size = free.size
+    size, step = free.size, np.zeros(5)
     for i in range(size):
-        moved[free[i]] += right[i]
+        step[free[i]] = right[i]
+    moved += step
     for i in range(NUISANCES - 1):
         nuisance[i] += right[size + i]
     blur_step = min(0.35, max(-0.35, right[size + LN_S]))
     nuisance[LN_S] = min(1.8, max(-1.2, nuisance[LN_S] + blur_step))
-    largest = 0.1 * abs(blur_step)
-    for k in range(rows.shape[0]):
-        change = 0.0
-        for i in range(size):
-            change += rows[k, J + free[i]] * right[i]
-        largest = max(largest, abs(change))
-    return True, largest
+    return True, max(0.1 * abs(blur_step), farthest(rows, step))
 
 
 @compiled

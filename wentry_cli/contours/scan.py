@@ -14,11 +14,12 @@ from wentry_cli.contours.arc import (
     LENGTH,
     NX,
     NY,
-    J,
     X,
     Y,
     arc_rows,
+    displacement_of,
     farthest,
+    lowest_angle,
     perimeter_of,
     quadrant_table,
     sector_angles,
@@ -78,9 +79,8 @@ def visible_rays(
     count, table = quadrant_table(a, b, 1.3 * around / turns, 1.3 * 2.0 * math.pi / (0.3 * turns))
     phi = sector_angles(count, table)
     width = sector_widths(phi)
-    across, down = -a * math.sin(shape[4]), b * math.cos(shape[4])
-    lowest = math.atan2(down, across)
-    reach = math.acos(min(1.0, max(-1.0, (top_y - shape[1]) / math.hypot(across, down))))
+    lowest, depth = lowest_angle(shape)
+    reach = math.acos(min(1.0, max(-1.0, (top_y - shape[1]) / depth)))
     chosen = 0
     for k in range(phi.size):
         away = abs(phi[k] - lowest)
@@ -126,10 +126,7 @@ def bent(rays: Floats, step: Floats) -> float:
     """Greatest error of a displacement along the rays for the curvature of the outline: half of it times the square."""
     worst = 0.0
     for k in range(rays.shape[0]):
-        displacement = 0.0
-        for i in range(5):
-            displacement += rays[k, J + i] * step[i]
-        worst = max(worst, 0.5 * rays[k, KAPPA] * displacement * displacement)
+        worst = max(worst, 0.5 * rays[k, KAPPA] * displacement_of(rays[k], step) ** 2)
     return worst
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.contours.arc import J, X, Y, arc_rows, farthest, semi_axes
+from wentry_cli.contours.arc import J, X, Y, arc_rows, farthest, lowest_angle, semi_axes
 from wentry_cli.contours.bottom_cap import (
     HALF_ANGLE,
     LEAST_KEPT,
@@ -18,7 +18,6 @@ from wentry_cli.contours.bottom_cap import (
     OUT_OF_FRAME,
     POOR,
     PRIOR_SHAPE,
-    lowest_angle,
     not_found,
     point_told,
 )

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.contours.arc import DEPARTURE, KAPPA, NX, NY, J, X, Y
+from wentry_cli.contours.arc import DEPARTURE, KAPPA, NX, NY, J, X, Y, displacement_of
 from wentry_cli.contours.likelihood import (
     CHI2,
     COUNT,
@@ -78,9 +78,7 @@ def set_state(state: Floats, rows: Floats, moved: Floats, nuisance: Floats, scen
         smeared = across > LEAST_SMEAR_PX2
         if not smeared:
             normal += across
-        displacement = rows[k, DEPARTURE]
-        for i in range(5):
-            displacement += rows[k, J + i] * moved[i]
+        displacement = rows[k, DEPARTURE] + displacement_of(rows[k], moved)
         state[k, OFFSET] = 0.5 * kappa * tangential - displacement
         state[k, INV_S] = 1.0 / math.sqrt(normal)
         # the changes of the shift and of ln(normal s) with ln s

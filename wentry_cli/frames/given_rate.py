@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.errors import ConfigurationError
+from wentry_cli.frames.packed import PackedRows, PacksRows
 from wentry_cli.frames.reader import RATE_GIVEN, Frame, Recording, Region
 
 
@@ -22,12 +23,15 @@ class GivenRate:
             raise ConfigurationError(f"{recording.info.path}: a frame rate of {fps:g} is impossible; give it in 1/s")
         self._recording = recording
         self.close = recording.close
-        self.packed_rows = getattr(recording, "packed_rows", None)
         self.info = replace(recording.info, fps=float(fps), fps_source=RATE_GIVEN)
 
     def read(self, index: int, region: Region | None = None) -> Frame:
         """Return frame ``index`` as the recording has it."""
         return self._recording.read(index, region)
+
+    def packed_rows(self, index: int, rows: tuple[int, int]) -> PackedRows | None:
+        """Return rows of frame ``index`` as the recording stores them."""
+        return self._recording.packed_rows(index, rows) if isinstance(self._recording, PacksRows) else None
 
     def camera_frames(self) -> NDArray[np.int64]:
         """Return the camera's numbers."""

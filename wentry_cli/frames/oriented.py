@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.errors import InputError
-from wentry_cli.frames.packed import PackedRows
+from wentry_cli.frames.packed import PackedRows, PacksRows
 from wentry_cli.frames.reader import Frame, Recording, Region, checked_index, checked_region
 
 FLIPS = ("none", "h", "v")
@@ -120,11 +120,10 @@ class Oriented:
 
     def packed_rows(self, index: int, rows: tuple[int, int]) -> PackedRows | None:
         """Return rows of frame ``index`` as the recording stores them; None where it packs none, or they are turned."""
-        read = getattr(self._recording, "packed_rows", None)
-        if read is None or self._turn.rotate or self._turn.flip != "none":
+        recording = self._recording
+        if not isinstance(recording, PacksRows) or self._turn.rotate or self._turn.flip != "none":
             return None
         left, top = self.origin_px
-        found: PackedRows | None = read(
-            self.first_index + checked_index(index, self.info), (rows[0] + top, rows[1] + top)
-        )
+        first = self.first_index + checked_index(index, self.info)
+        found = recording.packed_rows(first, (rows[0] + top, rows[1] + top))
         return found and (found[0], found[1] + left)

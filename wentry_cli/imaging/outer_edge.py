@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.imaging.edges import EDGE_VARIANCE, KERNEL_REACH_PX, KERNEL_SIGMA_PX, peak_between
+from wentry_cli.imaging.edges import KERNEL_REACH_PX, KERNEL_SIGMA_PX, peak_between, rounder_than_parabola
 from wentry_cli.imaging.ray_profiles import sample_ray
 
 Floats = NDArray[np.float64]
@@ -26,7 +26,6 @@ MARGIN = int(KERNEL_REACH_PX)
 # The outer half of `edge_kernel` at unit steps; the inner half is the same with the opposite sign.
 SLOPES = [s * math.exp(-0.5 * (s / KERNEL_SIGMA_PX) ** 2) for s in range(1, MARGIN + 1)]
 ONE, TWO, THREE, FOUR = (np.float32(slope / sum(SLOPES)) for slope in SLOPES)
-ROUNDER = 0.25 / (KERNEL_SIGMA_PX**2 + EDGE_VARIANCE)  # `rounder_than_parabola` of unit steps
 # Samples keep so far off the border of the picture, beyond what single precision may move them by.
 BORDER_PX = 0.01
 
@@ -81,10 +80,11 @@ def respond(profile: Singles, response: Singles) -> None:
 @compiled
 def outermost(response: Singles, first: int, last: int, least: float) -> float:
     """Where the response has its last peak of at least the height ``least``; NaN where it has none."""
+    rounder = rounder_than_parabola(1.0, KERNEL_SIGMA_PX)
     for n in range(last, first - 1, -1):
         here = response[n]
         if here >= least and here >= response[n - 1] and here > response[n + 1]:
-            return n + peak_between(float(response[n - 1]), float(here), float(response[n + 1]), ROUNDER)
+            return n + peak_between(float(response[n - 1]), float(here), float(response[n + 1]), rounder)
     return math.nan
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,17 @@ class Frames(Protocol):
 
     def read(self, index: int, region: tuple[int, int, int, int] | None = None) -> NDArray[Any]:
         """Grey levels of frame ``index``."""
+
+
+@runtime_checkable
+class PackedFrames(Protocol):
+    """A clip that may hand out rows of a frame as they are stored."""
+
+    def packed_rows(self, index: int, rows: tuple[int, int]) -> tuple[NDArray[np.uint8], int] | None:
+        """Rows (first, behind the last) of 12-bit pixels, three bytes for two, and in which pixel column 0 lies.
+
+        Valid until the next is read; None where none are packed.
+        """
 
 
 class FrameArray:
