@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
 
 CURVE_ROWS = 400  # of the fitted model of one drop
+LEAST_KNOWN = 0.5  # relative uncertainty of the flow beyond which it is no number
 LEAST_COMMON = 1e-4  # of λ in all frames of a clip: how far even clean outlines are off (docs/accuracy.md)
 
 
@@ -138,9 +139,10 @@ def _of_radius(folder: Path) -> float:
 
 
 def _impact_row(drop: Drop, sphere_id: str, fit: Calibration) -> Row:
-    """The row of a sphere; ε̇₀ and n are empty where the drops do not tell them apart."""
+    """The row of a sphere; ε̇₀ and n are empty where the drops do not tell them apart, their product is not."""
     material, known, nan = fit.material, drop.material, math.nan
     identified = fit.status == "ok"
+    known_flow = fit.flow_unc_1_s < LEAST_KNOWN * fit.flow_1_s
     return {
         "material": drop.experiment.sphere.material or sphere_id,
         "sphere_id": sphere_id,
@@ -153,8 +155,14 @@ def _impact_row(drop: Drop, sphere_id: str, fit: Calibration) -> Row:
         "m": material.m,
         "n": material.n if identified else nan,
         "n_unc": fit.n_unc if identified else nan,
+        "n_low": fit.n_low if identified else nan,
+        "n_high": fit.n_high if identified else nan,
         "eps0_dot_1_s": material.eps0_dot_1_s if identified else nan,
         "eps0_dot_1_s_unc": fit.eps0_dot_unc_1_s if identified else nan,
+        "eps0_dot_low_1_s": fit.eps0_dot_low_1_s if identified else nan,
+        "eps0_dot_high_1_s": fit.eps0_dot_high_1_s if identified else nan,
+        "flow_1_s": fit.flow_1_s if known_flow else nan,
+        "flow_1_s_unc": fit.flow_unc_1_s if known_flow else nan,
         "correlation": fit.correlation,
         "source": "impact",
         "status": fit.status,
