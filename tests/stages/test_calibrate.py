@@ -124,6 +124,17 @@ def test_drops_without_a_peak_are_too_few_and_the_table_is_written(tmp_path):
     assert read_table(tmp_path, "materials")["status"].tolist() == ["too_few"]
 
 
+def test_columns_of_the_stretch_in_place_of_each_other(tmp_path):
+    drop = make_drop("turned")
+    write_ringing(tmp_path, drop, 1.5, np.random.default_rng(1))
+    table = read_table(tmp_path / drop.name, "stretch")
+    turned = table.assign(t_s=table["stretch"], stretch=table["t_s"])
+    write_table(tmp_path / drop.name, "stretch", turned)
+    with pytest.raises(InputError, match=r"stretch\.csv: t_s does not rise; run the stage stretch again"):
+        calibrate_impact(tmp_path, [drop])
+    assert not (tmp_path / "materials.csv").exists()
+
+
 def test_no_drop_on_a_plate(tmp_path):
     with pytest.raises(InputError, match="surface_impact"):
         calibrate_impact(tmp_path, [make_drop("wet", kind="water_entry")])

@@ -17,7 +17,7 @@ from wentry_cli.mechanics.solver import solve_oscillation
 from wentry_cli.stages.calibrate.rows import Row, merge_rows, say_kept
 from wentry_cli.stages.inputs.columns import column, first_row, number
 from wentry_cli.stages.model import first_peak, sphere_material
-from wentry_cli.tables import has_table, new_table, read_table, write_table
+from wentry_cli.tables import has_table, new_table, read_table, table_path, write_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -126,6 +126,8 @@ def _ringing(folder: Path) -> Ringing | None:
     if not first.found:
         return None
     times = column(stretch, "t_s") - first.time_s
+    if not np.all(np.diff(times) > 0.0):
+        raise InputError(f"{table_path(folder, 'stretch')}: t_s does not rise; run the stage stretch again")
     after = times >= 0.0
     value, unc = (column(stretch, name)[after] for name in ("stretch", "stretch_unc"))
     return Ringing(times[after], value, unc, max(LEAST_COMMON, _of_radius(folder)))
