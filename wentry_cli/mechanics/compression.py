@@ -12,7 +12,7 @@ from scipy.stats import t as student
 FloatArray = NDArray[np.float64]
 
 HERTZ = 4.0 / 3.0
-# Ratio to Hertz as a polynomial in √x without its constant 1, fitted to axisymmetric finite elements; within .1 %.
+# Ratio to Hertz as a polynomial in √x without its constant 1, fitted to axisymmetric finite elements; within .15 %.
 RATIO_COEFFICIENTS = (0.1729, 2.808, -18.6321, 64.3367, -99.416, 61.9132)
 RATIO_RANGE = (0.002, 0.5)
 FEWEST_POINTS = 6
