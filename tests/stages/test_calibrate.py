@@ -16,6 +16,7 @@ from wentry_cli.mechanics.solver import find_period, solve_oscillation
 from wentry_cli.stages.calibrate import calibrate_impact
 from wentry_cli.stages.calibrate.compression import calibrate_compression, doubt_of, read_compression
 from wentry_cli.stages.model import sphere_material
+from wentry_cli.stages.report import table_1
 from wentry_cli.tables import new_table, read_table, write_table
 
 KEY = "dragonskin_6p70_large"
@@ -61,6 +62,9 @@ def test_three_heights_recover_the_flow(tmp_path):
     assert abs(row["eps0_dot_1_s"] - truth.eps0_dot_1_s) < 4 * row["eps0_dot_1_s_unc"]
     assert row["g_inf_pa"] == truth.g_inf_pa
     assert 0.98 < row["correlation"] < 1.0
+    used = table_1([drop.with_calibration(tmp_path) for drop in drops])
+    assert used["source"].tolist() == ["materials.csv (impact)", truth.source]
+    assert used["n"].tolist() == pytest.approx([row["n"], truth.n])
     again = drops[0].with_calibration(tmp_path).material
     assert again.n == pytest.approx(row["n"])
     curve = read_table(tmp_path, "calibration")
@@ -119,7 +123,9 @@ def test_one_height_leaves_the_row_of_three(tmp_path):
 
 
 def test_drops_without_a_peak_are_too_few_and_the_table_is_written(tmp_path):
-    with pytest.raises(TooFewMeasurementsError, match="no sphere could be calibrated"):
+    with pytest.raises(
+        TooFewMeasurementsError, match=r"no sphere could be calibrated; .* --dry-run` says of each drop"
+    ):
         calibrate_impact(tmp_path, [make_drop("missing")])
     assert read_table(tmp_path, "materials")["status"].tolist() == ["too_few"]
 

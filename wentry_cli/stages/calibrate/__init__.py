@@ -50,7 +50,10 @@ def calibrate_impact(results: Path, drops: Sequence[Drop]) -> list[str]:
     write_table(results, "calibration", _joined("calibration", curves))
     kept = [f"{row['sphere_id']}: {say_kept(results)}" for row in merge_rows(results, rows)]
     if all(row["status"] == "too_few" for row in rows):
-        raise TooFewMeasurementsError(f"{results}: no sphere could be calibrated; {'; '.join(warnings[:1] + kept[:1])}")
+        raise TooFewMeasurementsError(
+            f"{results}: no sphere could be calibrated; {'; '.join(warnings[:1] + kept[:1])}; "
+            f"`wentry calibrate impact {results} --dry-run` says of each drop why it is not used"
+        )
     return warnings + kept
 
 
