@@ -13,7 +13,7 @@ from wentry_cli.errors import ConfigurationError, InputError, TooFewMeasurements
 from wentry_cli.mechanics.calibration import REFERENCE_HARDENING
 from wentry_cli.mechanics.compression import compression_force
 from wentry_cli.mechanics.solver import find_period, solve_oscillation
-from wentry_cli.stages.calibrate import calibrate_impact
+from wentry_cli.stages.calibrate import calibrate_impact, why_unused
 from wentry_cli.stages.calibrate.compression import calibrate_compression, doubt_of, read_compression
 from wentry_cli.stages.model import sphere_material
 from wentry_cli.stages.report import table_1
@@ -112,7 +112,7 @@ def test_one_height_leaves_the_row_of_three(tmp_path):
     for drop, peak in zip(drops, (1.25, 1.5, 1.75), strict=True):
         write_ringing(tmp_path, drop, peak, rng)
     calibrate_impact(tmp_path, drops)
-    before = (tmp_path / "materials.csv").read_bytes()
+    before, curves = ((tmp_path / f"{name}.csv").read_bytes() for name in ("materials", "calibration"))
     one, kept = calibrate_impact(tmp_path, drops[:1])
     assert "one drop" in one
     assert "the good row of an earlier calibration stays" in kept
@@ -120,6 +120,33 @@ def test_one_height_leaves_the_row_of_three(tmp_path):
     with pytest.raises(TooFewMeasurementsError, match="the good row of an earlier calibration stays"):
         calibrate_impact(tmp_path, [make_drop("missing")])
     assert (tmp_path / "materials.csv").read_bytes() == before
+    assert (tmp_path / "calibration.csv").read_bytes() == curves
+
+
+def test_a_drop_that_ends_at_its_peak_is_left_out_and_told(tmp_path):
+    rng = np.random.default_rng(1)
+    drops = [make_drop(f"h{k}") for k in range(4)]
+    for drop, peak in zip(drops[:3], (1.25, 1.5, 1.75), strict=True):
+        write_ringing(tmp_path, drop, peak, rng)
+    assert calibrate_impact(tmp_path, drops[:3]) == []
+    alone = (tmp_path / "materials.csv").read_bytes()
+    write_ringing(tmp_path, drops[3], 1.4, rng, last=33)
+    assert why_unused(tmp_path, drops[3]) == "fewer than 8 frames were measured after its first peak"
+    assert calibrate_impact(tmp_path, drops) == [
+        "S5: h3 is left out: fewer than 8 frames were measured after its first peak"
+    ]
+    assert (tmp_path / "materials.csv").read_bytes() == alone
+
+
+def test_curves_of_other_spheres_stay(tmp_path):
+    rng = np.random.default_rng(1)
+    drops = [make_drop(f"{sphere_id}{k}", sphere_id=sphere_id) for sphere_id in ("A", "B") for k in range(2)]
+    for drop, peak in zip(drops, (1.3, 1.7, 1.3, 1.7), strict=True):
+        write_ringing(tmp_path, drop, peak, rng)
+    calibrate_impact(tmp_path, drops)
+    whole = (tmp_path / "calibration.csv").read_bytes()
+    calibrate_impact(tmp_path, drops[2:])
+    assert (tmp_path / "calibration.csv").read_bytes() == whole
 
 
 def test_drops_without_a_peak_are_too_few_and_the_table_is_written(tmp_path):

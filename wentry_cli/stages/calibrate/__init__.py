@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wentry_cli.errors import ConfigurationError, InputError, TooFewMeasurementsError
-from wentry_cli.mechanics.calibration import Calibration, fit_flow
+from wentry_cli.mechanics.calibration import FEWEST_POINTS, Calibration, fit_flow
 from wentry_cli.mechanics.ringing import Ringing
 from wentry_cli.mechanics.solver import solve_oscillation
 from wentry_cli.stages.calibrate.rows import Row, merge_rows, say_kept
@@ -33,26 +33,31 @@ def calibrate_impact(results: Path, drops: Sequence[Drop]) -> list[str]:
     """Fit ε̇₀ and n of every sphere to its measured ``surface_impact`` drops in ``results``; returns the warnings.
 
     All heights of a sphere are fitted together. Rows of other spheres and of compression tests stay in
-    ``materials.csv``, and so does a good row where the new fit is not ``ok``. ``calibration.csv`` gets the fitted λ(t)
-    of every drop. Raises ``InputError`` where no such drop was measured, ``ConfigurationError`` where a sphere has no
-    material to start from (G∞ must be known), ``TooFewMeasurementsError`` where no sphere could be fitted; the tables
-    are written before that.
+    ``materials.csv``, and so does a good row where the new fit is not ``ok``. ``calibration.csv`` has the fitted λ(t)
+    of the drops behind each row. Raises ``InputError`` where no such drop was measured, ``ConfigurationError`` where a
+    sphere has no material to start from (G∞ must be known), ``TooFewMeasurementsError`` where no sphere could be
+    fitted; the tables are written before that.
     """
-    rows, warnings, curves = [], [], []
+    rows, warnings, curves = [], [], {}
     for sphere_id, given in drops_by_sphere(results, drops).items():
         own = [_with_compression(results, drop) for drop in given]
-        seen = {drop.name: ringing for drop in own if (ringing := _ringing(results / drop.name)) is not None}
+        reasons = {drop.name: why_unused(results, drop) for drop in own}
+        seen = {name: ringing for name in reasons if not reasons[name] and (ringing := _ringing(results / name))}
         fit = _fit_sphere(own, list(seen.values()))
-        curves += [_curve(results, sphere_id, name, (fit, k)) for k, name in enumerate(seen) if fit.status != "too_few"]
+        fitted = () if fit.status == "too_few" else seen
+        curves[sphere_id] = [_curve(results, sphere_id, name, (fit, k)) for k, name in enumerate(fitted)]
         rows.append(_impact_row(own[0], sphere_id, fit))
-        if fit.warning:
+        warnings += [f"{sphere_id}: {name} is left out: {reason}" for name, reason in reasons.items() if reason]
+        if fit.warning and seen:
             warnings.append(f"{sphere_id}: {fit.warning}")
-    write_table(results, "calibration", _joined("calibration", curves))
-    kept = [f"{row['sphere_id']}: {say_kept(results)}" for row in merge_rows(results, rows)]
+    refused = [str(row["sphere_id"]) for row in merge_rows(results, rows)]
+    _merge_curves(results, {sphere_id: own for sphere_id, own in curves.items() if sphere_id not in refused})
+    kept = [f"{sphere_id}: {say_kept(results)}" for sphere_id in refused]
     if all(row["status"] == "too_few" for row in rows):
+        told = "; ".join([*warnings[:1], *kept[:1]])
         raise TooFewMeasurementsError(
-            f"{results}: no sphere could be calibrated; {'; '.join(warnings[:1] + kept[:1])}; "
-            f"`wentry calibrate impact {results} --dry-run` says of each drop why it is not used"
+            f"{results}: no sphere could be calibrated; {told}; `wentry calibrate impact {results} --dry-run` says of "
+            "each drop why it is not used"
         )
     return warnings + kept
 
@@ -75,7 +80,11 @@ def why_unused(results: Path, drop: Drop) -> str | None:
     """Why ``drop`` adds nothing to a calibration, or ``None`` where it does."""
     if not has_table(results / drop.name, "stretch"):
         return "its stretch was not measured"
-    return None if _ringing(results / drop.name) is not None else "its first peak was not measured"
+    ringing = _ringing(results / drop.name)
+    if ringing is None:
+        return "its first peak was not measured"
+    few = ringing.clean().times_s.size < FEWEST_POINTS
+    return f"fewer than {FEWEST_POINTS} frames were measured after its first peak" if few else None
 
 
 def _with_compression(results: Path, drop: Drop) -> Drop:
@@ -91,10 +100,17 @@ def _with_compression(results: Path, drop: Drop) -> Drop:
     return replace(drop, material=drop.material.model_copy(update=known))
 
 
-def _joined(name: str, parts: list[pd.DataFrame]) -> pd.DataFrame:
+def _merge_curves(results: Path, curves: dict[str, list[pd.DataFrame]]) -> None:
+    """Write the curves of the spheres into ``calibration.csv`` in place of earlier ones; those of others stay."""
     import pandas as pd
 
-    return pd.concat(parts, ignore_index=True) if parts else new_table(name, {})
+    parts = [curve for own in curves.values() for curve in own]
+    if has_table(results, "calibration"):
+        old = read_table(results, "calibration")
+        parts.insert(0, old[~old["sphere_id"].isin(list(curves))])
+    parts = [part for part in parts if len(part)]
+    table = pd.concat(parts, ignore_index=True) if parts else new_table("calibration", {})
+    write_table(results, "calibration", table.sort_values(["sphere_id", "drop"], kind="stable", ignore_index=True))
 
 
 def _curve(results: Path, sphere_id: str, name: str, fitted: tuple[Calibration, int]) -> pd.DataFrame:
