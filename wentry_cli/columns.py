@@ -226,6 +226,8 @@ sphere_id | – | text | sphere it was measured on | not given
 diameter_m | m | float | diameter of that sphere
 g_inf_pa | Pa | float | G∞
 ± | not known
+g_inf_low_pa | Pa | float | lower end of its 95 % interval: Student's t on g_inf_pa_unc | all but compression
+g_inf_high_pa | Pa | float | upper end of it | all but compression
 g_t_pa | Pa | float | G_T | from compression
 ± | not fitted
 xi | 1 | float | ξ | from compression
@@ -235,7 +237,13 @@ tau0_pa | Pa | float | τ₀ | from compression
 m | 1 | float | m | from compression
 ± | not fitted
 n | 1 | float ± | n | from compression
+n_low | 1 | float | lower end of its 95 % interval: Student's t on n_unc | all but impact
+n_high | 1 | float | upper end of it | all but impact
 eps0_dot_1_s | 1/s | float ± | ε̇₀ | from compression
+eps0_dot_low_1_s | 1/s | float | lower end of its 95 % interval: Student's t on the one of ln ε̇₀ | all but impact
+eps0_dot_high_1_s | 1/s | float | upper end of it | all but impact
+flow_1_s | 1/s | float | ε̇₀ c_refⁿ with c_ref = .12: known even where ε̇₀ and n are not told apart | all but impact
+± | all but impact
 correlation | 1 | float | correlation of ln ε̇₀ and n | all but impact
 source | – | text | impact, compression or table
 status | – | text | ok, or why something in this row is not measured
@@ -245,6 +253,7 @@ material | – | text | key of the material, as in materials.csv
 sphere_id | – | text | sphere it was measured on
 diameter_m | m | float | diameter of that sphere
 zero_m | m | float | displacement at which the plates touch the sphere, fitted
+± | not known
 displacement_m | m | float | approach of the plates as it was measured
 force_n | N | float | force as it was measured
 force_model_n | N | float | G∞ D² f((d − zero_m)/D) with the fitted G∞; empty beyond half a diameter

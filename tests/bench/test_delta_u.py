@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from wentry_cli.bench.delta_u import CASES, CHOICES, draw, run
+from wentry_cli.bench.delta_u import CASES, CHOICES, run
+from wentry_cli.bench.figures import draw_chapter
 from wentry_cli.bench.row import BenchRow
 
 
@@ -29,6 +30,6 @@ def test_measured_stretch_beats_the_model_tenfold(rows: list[BenchRow]) -> None:
 
 @pytest.mark.slow
 def test_the_figure_has_a_bar_for_each_choice(rows: list[BenchRow], tmp_path: Path) -> None:
-    draw(rows, tmp_path / "figure.svg")
+    draw_chapter("delta_u", rows, tmp_path / "figure.svg")
     text = (tmp_path / "figure.svg").read_text(encoding="utf-8")
     assert all(row.method in text for row in rows if row.rmse == row.rmse)

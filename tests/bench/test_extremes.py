@@ -1,9 +1,14 @@
 """The table of hard cases: errors follow the tolerance, and what cannot be integrated is said."""
 
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from wentry_cli.bench import extended_precision, extremes
+from wentry_cli.bench.kept import Chapter
+from wentry_cli.bench.page import write_page
 from wentry_cli.mechanics.bergstrom_boyce import find_groups
 
 
@@ -15,6 +20,18 @@ def test_quick_rows():
     assert all(row.note.startswith("refused: the material") for row in refused)
     assert rows["released at .4"].rmse < 1e-9
     assert rows["m = .5"].rmse < 1e-9
+
+
+def test_the_page_says_what_the_program_says(tmp_path):
+    rows = extremes.run(quick=True, seed=1)
+    rows.append(replace(rows[0], case="odd", note=f"{rows[0].note}; warning: flows at once"))
+    page = write_page([Chapter("extremes", rows)], tmp_path, ()).read_text(encoding="utf-8")
+    assert re.search(r"\| released at \.4 \| 1e-10 \| \S+ \| \S+ \| \S+ \| \d+ \+ \d+ \| \S+ \| nothing \|", page)
+    assert re.search(r"\| odd \|.*\| warning: flows at once \|", page)
+    assert re.search(
+        r"\| ξ = 0, n = −\.2 \| 1e-10 \| – \| – \| – \| – \| – \| refused: the material .* xi > 0 \|", page
+    )
+    assert not list(tmp_path.glob("*.svg"))
 
 
 @pytest.mark.slow

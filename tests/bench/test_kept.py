@@ -15,7 +15,7 @@ from wentry_cli.bench.table import csv_of, read_csv
 from wentry_cli.errors import InputError
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-ORDER = ("pinch_off", "solvers", "extremes")
+ORDER = ("pinch_off", "solvers", "smoothers")
 FIRST, SECOND = ("wentry bench --seed 1", "wentry 0.1.0"), ("wentry bench --chapter solvers --seed 2", "wentry 0.2.0")
 THIRD = math.pi * 1e-7
 
@@ -67,14 +67,14 @@ def test_a_foreign_table_is_one_sentence(tmp_path: Path) -> None:
 def test_one_chapter_is_renewed_and_the_others_stay(folder: Path) -> None:
     before = {path.name: path.read_bytes() for path in folder.iterdir()}
     (folder / "accuracy_solvers.svg").write_text("drawn before", encoding="utf-8")
-    chapters = renew(folder, [Chapter("extremes", rows_of("extremes", 5.0, 6.0), SECOND)], ORDER)
-    page = write_page(chapters, folder, {"extremes"}).read_text(encoding="utf-8")
+    chapters = renew(folder, [Chapter("smoothers", rows_of("smoothers", 5.0, 6.0), SECOND)], ORDER)
+    page = write_page(chapters, folder, {"smoothers"}).read_text(encoding="utf-8")
     assert [chapter.name for chapter in chapters] == [*ORDER]
-    places = [page.index(f"## {title}") for title in ("Pinch-off", "Material model", "Extrema and crossings")]
+    places = [page.index(f"## {title}") for title in ("Pinch-off", "Material model", "Velocity and acceleration")]
     assert places == sorted(places)
     assert (folder / "accuracy_solvers.svg").read_text(encoding="utf-8") == "drawn before"
     assert "](accuracy_solvers.svg)" in page
-    assert (folder / "accuracy_extremes.svg").is_file()
+    assert (folder / "accuracy_smoothers.svg").is_file()
     for name in ("pinch_off", "solvers"):
         assert table_of(folder, name).read_bytes() == before[f"accuracy_{name}.csv"]
     old = before["accuracy.md"].decode()

@@ -1,5 +1,7 @@
 """``wentry calibrate compression``: a mistake is a sentence and leaves nothing behind."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -46,6 +48,7 @@ def test_a_failed_test_keeps_the_good_row(tmp_path, wentry):
     done = wentry("calibrate", "compression", write_test(tmp_path / "good.csv"), *words)
     assert done.code == 0
     assert "left out for want of two finite numbers: line 42" in done.err
+    assert re.match(r"soft g_inf_pa 6900 ± \S+ \(95 %: \S+ to \S+\), zero_m \S+ ± \S+ \(ok\)$", done.out)
     before = (tmp_path / "r" / "materials.csv").read_bytes()
     curve = read_table(tmp_path / "r", "compression")
     assert len(curve) == 40

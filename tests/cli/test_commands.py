@@ -129,6 +129,17 @@ def test_results_that_are_a_file_are_named(tmp_path: Path, words: tuple[str, ...
     assert (below.returncode, below.stderr) == (4, "FILE: is a file, not a folder; choose another folder with -o\n")
 
 
+@pytest.mark.parametrize("words", [("fit",), ("report",), ("calibrate", "impact")])
+def test_the_folder_of_one_drop_is_told_from_its_results(tmp_path: Path, words: tuple[str, ...]) -> None:
+    one = tmp_path / "results" / "small"
+    one.mkdir(parents=True)
+    (one / "drop.json").write_text("{}", encoding="utf-8")
+    done = wentry(*words, str(one))
+    assert done.returncode == 4
+    assert done.stderr.strip() == f"{one}: is the folder of one drop; give the one above it, and --drop small"
+    assert [path.name for path in one.iterdir()] == ["drop.json"]
+
+
 def test_wrong_configuration_writes_nothing(tmp_path: Path) -> None:
     _drop(tmp_path / "videos" / "a", EXPERIMENT.replace("diameter_m", "diametre_m"))
     done = wentry_alone("process", "videos", cwd=tmp_path)

@@ -61,6 +61,16 @@ def test_exact_data_are_recovered_with_their_zero():
     assert fit.zero_offset_m == pytest.approx(7e-4, abs=1e-8)
 
 
+@pytest.mark.parametrize("unit", [1e-6, 1e6])
+def test_the_uncertainty_follows_the_unit_of_force(unit):
+    d = np.linspace(0.0, 0.02, 60)
+    force = 6900 * DIAMETER**2 * compression_force(d / DIAMETER)
+    force += 0.01 * np.random.default_rng(2).standard_normal(d.size)
+    fit, other = fit_compression(d, force, DIAMETER), fit_compression(d, unit * force, DIAMETER)
+    assert other.g_inf_pa_unc == pytest.approx(unit * fit.g_inf_pa_unc, rel=1e-4)
+    assert other.zero_offset_m_unc == pytest.approx(fit.zero_offset_m_unc, rel=1e-4)
+
+
 def test_too_few_points():
     assert fit_compression([0, 1e-3, 2e-3], [0, 1, 2], DIAMETER).status == "too_few"
     assert fit_compression([np.nan] * 20, np.arange(20.0), DIAMETER).status == "too_few"

@@ -2,7 +2,15 @@
 
 import ast
 import re
+from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
+import pytest
+
+from wentry_cli.bench.solvers import SPHERES, table_1_sphere
+from wentry_cli.mechanics.solver import find_period
+from wentry_cli.report.theory import PERIOD_OF_TABLE_1, SLOPE_OF_TABLE_1
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 TEXT = (ROOT / "docs" / "theory.md").read_text(encoding="utf-8")
@@ -35,3 +43,23 @@ def test_every_equation_names_its_function():
 def test_all_misprints_are_listed():
     rows = re.findall(r"^\| (\d+) \|", TEXT, flags=re.MULTILINE)
     assert [int(row) for row in rows] == list(range(1, 18))
+
+
+@pytest.mark.parametrize(
+    ("heavier", "least", "greatest", "slope"), [(1.0, *PERIOD_OF_TABLE_1, SLOPE_OF_TABLE_1), (2.0, 1.17, 1.41, 1.23)]
+)
+def test_the_period_of_table_1(heavier, least, greatest, slope):
+    """The numbers of the section on the period; half of both moduli in the equation of motion is twice its density."""
+    scale, period = [], []
+    for row in range(len(SPHERES)):
+        sphere = table_1_sphere(row)
+        slow = replace(sphere, density_kg_m3=heavier * sphere.density_kg_m3)
+        for stretch_0 in np.linspace(1.05, 2.2, 24):
+            scale.append(2.0 * sphere.radius_m * np.sqrt(sphere.density_kg_m3 / sphere.g_inf_pa))
+            period.append(find_period(slow, stretch_0))
+    ratio = np.divide(period, scale)
+    assert [f"{number:.2f}" for number in (ratio.min(), ratio.max(), np.dot(scale, period) / np.dot(scale, scale))] == [
+        f"{number:.2f}" for number in (least, greatest, slope)
+    ]
+    plain = re.sub(r"\s+", " ", TEXT)
+    assert all(f"{number:.2f}".lstrip("0") in plain for number in (least, greatest, slope))

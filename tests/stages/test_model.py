@@ -159,6 +159,18 @@ def test_missing_density_is_a_sentence(tmp_path):
         model.run(tmp_path, bare)
 
 
+@pytest.mark.parametrize(
+    ("tau0_pa", "told"), [(1.0, ""), (1e3, "so slowly that it hardly damps"), (1e-3, "at once, as if only g_inf_pa")]
+)
+def test_a_flow_in_the_wrong_unit_is_told(tmp_path, caplog, tau0_pa, told):
+    write_inputs(tmp_path)
+    drop = make_drop(tmp_path)
+    model.run(tmp_path, dataclasses.replace(drop, material=drop.material.model_copy(update={"tau0_pa": tau0_pa})))
+    assert [told in text and "check eps0_dot_1_s and that tau0_pa is in Pa" in text for text in caplog.messages] == (
+        [True] if told else []
+    )
+
+
 def test_packaged_materials_are_table_1():
     known = read_materials(packaged_config("materials.yaml"))
     assert len(known) == 6

@@ -15,7 +15,6 @@ import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -143,28 +142,3 @@ def _row(case: str, choice: str, pairs: list[tuple[float, float]], seconds: floa
         time_us=1e6 * seconds,
         note=held,
     )
-
-
-def draw(rows: list[BenchRow], path: Path) -> None:
-    """Write a bar for each choice of λ, a colour for each case, on a logarithmic scale of the error."""
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
-    cases = list(dict.fromkeys(row.case for row in rows))
-    methods = list(dict.fromkeys(row.method for row in rows if math.isfinite(row.rmse)))
-    reached: dict[tuple[str, str], Any] = {(row.case, row.method): row.rmse for row in rows}
-    with mpl.rc_context({"svg.hashsalt": "wentry", "svg.fonttype": "none", "font.size": 9}):
-        figure = Figure(figsize=(6.4, 3.2), layout="constrained")
-        axes = figure.subplots()
-        width = 0.8 / len(cases)
-        for i, case in enumerate(cases):
-            heights = [reached.get((case, method), math.nan) for method in methods]
-            axes.barh(np.arange(len(methods)) + (i - 0.5) * width, heights, width, label=case.removeprefix("ΔU, "))
-        axes.set_yticks(range(len(methods)), methods)
-        axes.invert_yaxis()
-        axes.set_xscale("log")
-        axes.set_xlabel("RMSE of ΔU, mm/s")
-        axes.axvline(2.0, color="0.5", linestyle=":")
-        axes.legend(frameon=False)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, metadata={"Date": None})

@@ -12,6 +12,7 @@ from wentry_cli.bench import extended_precision
 from wentry_cli.bench.row import BenchRow
 from wentry_cli.errors import ConfigurationError
 from wentry_cli.mechanics.bergstrom_boyce import Groups, Material, find_groups
+from wentry_cli.mechanics.plausibility import doubt_of_flow
 from wentry_cli.mechanics.solver import Trajectory, solve_oscillation
 from wentry_cli.mechanics.stepping import SMALL_PERIOD
 
@@ -86,6 +87,8 @@ def _row(case: HardCase) -> BenchRow:
         error = found.stretch - _reference(case, groups, times)
         says = f"energy {found.energy_error:.0e}, {found.steps} + {found.rejected_steps} steps, "
         says += f"largest error {np.max(np.abs(error)):.0e}" if np.isfinite(error).all() else "no reference in reach"
+        doubt = doubt_of_flow(case.material)
+        says += f"; warning: {doubt}" if doubt else ""
     except ConfigurationError as refusal:
         says = f"refused: {refusal}"
     return BenchRow(

@@ -1,4 +1,4 @@
-"""Time against error as pictures: outlines over all cases of a kind, other chapters case by case."""
+"""Time against error as pictures: outlines over all cases of a kind, other chapters case by case; ΔU by its λ."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def draw_chapter(chapter: str, rows: list[BenchRow], path: Path) -> None:
     if not shown:
         return
     with mpl.rc_context(STYLE):
-        figure = _outlines(shown) if chapter == "contours" else _cases(shown)
+        figure = {"contours": _outlines, "delta_u": _choices}.get(chapter, _cases)(shown)
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path, metadata={"Date": None})
 
@@ -73,10 +73,12 @@ def _one_method(ax: Axes, rows: list[BenchRow], number: int, method: str) -> Non
 
 
 def _cases(rows: list[BenchRow]) -> Figure:
-    """One panel a case of the first quantity, one mark a method."""
-    quantity = rows[0].quantity
-    shown = [row for row in rows if row.quantity == quantity]
+    """One panel a case, one mark a method: of the first quantity, or where others are compared at all, of those."""
+    compared = {row.quantity for row in rows if row.method != rows[0].method}
+    quantities = {rows[0].quantity} if rows[0].quantity in compared else compared
+    shown = [row for row in rows if row.quantity in quantities]
     cases = list(dict.fromkeys(row.case for row in shown))[:MOST_CASES]
+    named = {row.case: f"{row.case}: {row.quantity}" if len(quantities) > 1 else row.case for row in shown}
     methods = list(dict.fromkeys(row.method for row in rows))
     columns = min(3, len(cases))
     lines = math.ceil(len(cases) / columns)
@@ -87,18 +89,37 @@ def _cases(rows: list[BenchRow]) -> Figure:
     for axes in grid.ravel()[len(cases) :]:
         axes.axis("off")
     for axes, case in zip(grid.ravel(), cases, strict=False):
-        axes.set_title(case, fontsize=8)
+        axes.set_title(named[case], fontsize=8)
         for row in (row for row in shown if row.case == case):
             number = methods.index(row.method)
             axes.loglog(row.time_us, row.rmse, MARKS[number % len(MARKS)], color=f"C{number % 10}", label=row.method)
         axes.set_xlabel("time per item, µs")
         _few_labels(axes)
-    grid[0, 0].set_ylabel(f"RMSE of {quantity}, {rows[0].unit}")
+    grid[0, 0].set_ylabel(f"RMSE of {shown[0].quantity}, {shown[0].unit}" if len(quantities) == 1 else "RMSE")
     found = [axes.get_legend_handles_labels() for axes in grid.ravel()]
     handles = {label: handle for pair in found for handle, label in zip(*pair, strict=True)}
     figure.legend(
         handles.values(), handles.keys(), loc="outside lower center", ncols=min(3, columns + 1), frameon=False
     )
+    return figure
+
+
+def _choices(rows: list[BenchRow]) -> Figure:
+    """A bar for each choice of λ, a colour for each case, on a logarithmic scale of the error."""
+    cases, methods = (list(dict.fromkeys(names)) for names in zip(*((r.case, r.method) for r in rows), strict=True))
+    reached = {(row.case, row.method): row.rmse for row in rows}
+    figure = Figure(figsize=(6.4, 3.2), layout="constrained")
+    axes = figure.subplots()
+    width = 0.8 / len(cases)
+    for i, case in enumerate(cases):
+        heights = [reached.get((case, method), math.nan) for method in methods]
+        axes.barh(np.arange(len(methods)) + (i - 0.5) * width, heights, width, label=case.removeprefix("ΔU, "))
+    axes.set_yticks(range(len(methods)), methods)
+    axes.invert_yaxis()
+    axes.set_xscale("log")
+    axes.set_xlabel(f"RMSE of {rows[0].quantity}, {rows[0].unit} (dotted: what was asked)")
+    axes.axvline(2.0, color="0.5", linestyle=":")
+    axes.legend(frameon=False)
     return figure
 
 

@@ -41,7 +41,6 @@ def command(
     chapters: tuple[str, ...], quick: bool, jobs: int, seed: int, output: Path | None, ball: Path | None, as_json: bool
 ) -> None:
     """Measure speed against error: outlines, smoothers, ΔU, solvers and whole recordings, beside other methods."""
-    import importlib
     from concurrent.futures import ProcessPoolExecutor
     from dataclasses import asdict
     from functools import partial
@@ -77,10 +76,6 @@ def command(
         maker = (" ".join([*words, f"--seed {seed}"]), versions)
         kept = renew(output, [Chapter(name, found[name], maker) for name in wanted], CHAPTERS)
         click.echo(str(write_page(kept, output, wanted)), err=True)
-        for name in wanted:
-            module = importlib.import_module(f"wentry_cli.bench.{name}")
-            if hasattr(module, "draw"):  # a figure of its own in place of time against error
-                module.draw([row for row in rows if row.chapter == name], output / f"accuracy_{name}.svg")
 
 
 def _chapter(name: str, *, quick: bool, seed: int, ball: Path | None) -> list[BenchRow]:

@@ -86,8 +86,8 @@ def compression(
     from wentry_cli.stages.calibrate.rows import rows_of
 
     test = calibrate.read_compression(csv)  # before the lock, which makes the folder
-    if test.warning:
-        click.echo(f"warning: {test.warning}", err=True)
+    for sentence in test.warnings:
+        click.echo(f"warning: {sentence}", err=True)
     facts = {
         "points": int(test.force_n.size),
         "greatest_displacement_m": float(test.displacement_m.max(initial=0.0)),
@@ -106,8 +106,11 @@ def compression(
     if dry_run:
         return
     with commands.locked(results):
-        calibrate.calibrate_compression(test, diameter_m, results, material=material)
-    _show_rows(rows_of(results, "compression", [material]), as_json, quiet)
+        fit = calibrate.calibrate_compression(test, diameter_m, results, material=material)
+    if doubt := calibrate.doubt_of(fit):
+        click.echo(f"warning: {csv}: {doubt}", err=True)
+    (row,) = rows_of(results, "compression", [material])
+    _show_rows([row | {"zero_m": fit.zero_offset_m, "zero_m_unc": fit.zero_offset_m_unc}], as_json, quiet)
     if not quiet:
         click.echo(f"{results / 'materials.csv'}; wentry report {results} draws the test", err=True)
 
@@ -140,10 +143,25 @@ def _show_rows(rows: list[dict[str, Any]], as_json: bool, quiet: bool) -> None:
         show_json(rows)
         return
     for row in rows if not quiet else ():
-        fitted = [
-            f"{name} {row[name]:.6g} ± {row[f'{name}_unc']:.2g}"
-            for name in ("g_inf_pa", "eps0_dot_1_s", "n")
-            if row[name] is not None and row[f"{name}_unc"] is not None
-        ]
+        fitted = [told for name, interval in FITTED.items() if (told := _fitted(row, name, interval))]
         words = [row["sphere_id"] or row["material"], ", ".join(fitted) or "no number", f"({row['status']})"]
         click.echo(" ".join(words))
+
+
+FITTED = {
+    "g_inf_pa": "g_inf_{}_pa",
+    "zero_m": "",
+    "eps0_dot_1_s": "eps0_dot_{}_1_s",
+    "n": "n_{}",
+    "flow_1_s": "",
+}  # number -> its 95 % interval, with low and high
+
+
+def _fitted(row: dict[str, Any], name: str, interval: str) -> str:
+    """A fitted number with its uncertainty, and its interval where it has one; nothing where it was not fitted."""
+    value, unc = row.get(name), row.get(f"{name}_unc")
+    if value is None or unc is None:
+        return ""
+    low, high = (row.get(interval.format(end)) for end in ("low", "high"))
+    ends = f" (95 %: {low:.6g} to {high:.6g})" if low is not None and high is not None else ""
+    return f"{name} {value:.6g} ± {unc:.2g}{ends}"

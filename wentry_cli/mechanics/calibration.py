@@ -91,11 +91,12 @@ def fit_flow(
         raise ConfigurationError("g_t_pa is 0: without a relaxing network there is no flow to calibrate")
     usable = [drop.clean() for drop in drops]
     if not usable or min(drop.times_s.size for drop in usable) < FEWEST_POINTS:
-        return _unfitted(material, usable)
+        few = f"fewer than {FEWEST_POINTS} frames after the first peak in one of the drops"
+        return _unfitted(material, usable, few)
     problem = _Problem(scaled, math.log(groups.flow), usable, creep)
     start = problem.scan()
     if start is None:
-        return _unfitted(material, usable)
+        return _unfitted(material, usable, "no oscillation from the measured first peaks could be computed")
     minimum = minimise(problem.evaluate, start, problem.bounds, problem.scale)
     whole = problem
     for _ in range(OUTLIER_ROUNDS):
@@ -262,7 +263,7 @@ def _warning(count: int, spread: float, narrow: bool, apart: bool) -> str:
     return f"{heights}: only the product eps0_dot c^n is known, not eps0_dot and n apart; add drops from other heights"
 
 
-def _unfitted(material: Material, drops: Sequence[Ringing]) -> Calibration:
+def _unfitted(material: Material, drops: Sequence[Ringing], warning: str) -> Calibration:
     nan, none = math.nan, np.full(len(drops), math.nan)
     return Calibration(
         material=replace(material, eps0_dot_1_s=nan, n=nan),
@@ -282,5 +283,5 @@ def _unfitted(material: Material, drops: Sequence[Ringing]) -> Calibration:
         residual_rms=nan,
         points=sum(drop.times_s.size for drop in drops),
         status="too_few",
-        warning=f"fewer than {FEWEST_POINTS} frames after the first peak in one of the drops",
+        warning=warning,
     )

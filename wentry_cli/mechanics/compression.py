@@ -12,10 +12,11 @@ from scipy.stats import t as student
 FloatArray = NDArray[np.float64]
 
 HERTZ = 4.0 / 3.0
-# Ratio to Hertz as a polynomial in √x without its constant 1, fitted to axisymmetric finite elements; within .1 %.
+# Ratio to Hertz as a polynomial in √x without its constant 1, fitted to axisymmetric finite elements; within .15 %.
 RATIO_COEFFICIENTS = (0.1729, 2.808, -18.6321, 64.3367, -99.416, 61.9132)
 RATIO_RANGE = (0.002, 0.5)
 FEWEST_POINTS = 6
+RETURN = 0.1  # of the way of the plates: by how much they come back where a test is unloaded
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,23 @@ def compression_force(x: ArrayLike) -> FloatArray:
     for power, coefficient in enumerate(RATIO_COEFFICIENTS, start=1):
         ratio += coefficient * root**power
     return np.asarray(np.where(values > RATIO_RANGE[1], np.nan, HERTZ * root**3 * ratio))
+
+
+def loading_branch(displacement_m: ArrayLike) -> int:
+    """How many of the first points were taken while the plates approached: those up to the first turn.
+
+    The plates have turned where they are farther back than ``RETURN`` of their whole way. All points where they do not
+    approach over nearly the whole way before that: they are then in no order of time.
+    """
+    d = np.asarray(displacement_m, dtype=np.float64)
+    if not d.size:
+        return 0
+    way = float(np.ptp(d))
+    turned = np.flatnonzero(np.maximum.accumulate(d) - d > RETURN * way)
+    if not turned.size:
+        return int(d.size)
+    branch = d[: int(np.argmax(d[: turned[0]])) + 1]
+    return int(branch.size) if np.ptp(branch) >= (1.0 - RETURN) * way else int(d.size)
 
 
 def fit_compression(displacement_m: ArrayLike, force_n: ArrayLike, diameter_m: float) -> CompressionFit:
@@ -103,7 +121,9 @@ def _with_uncertainty(
     residual = force - modulus * curve
     freedom = d.size - 2
     variance = float(residual @ residual) / freedom
-    covariance = np.linalg.pinv(jacobian.T @ jacobian) * variance
+    size = np.linalg.norm(jacobian, axis=0)  # modulus and zero differ by many orders
+    scaled = jacobian / size
+    covariance = np.linalg.pinv(scaled.T @ scaled) * variance / np.outer(size, size)
     unc, zero_unc = (float(np.sqrt(covariance[i, i])) for i in range(2))
     half = float(student.ppf(0.975, freedom)) * unc
     if not (modulus > 0.0 and unc < 0.5 * modulus):

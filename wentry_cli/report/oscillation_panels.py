@@ -47,6 +47,8 @@ from wentry_cli.report.theory import (
     PAPER_PERIOD_MODEL,
     PERIOD_IN_AIR,
     PERIOD_IN_WATER,
+    PERIOD_OF_TABLE_1,
+    SLOPE_OF_TABLE_1,
 )  # fmt: skip
 
 PERIOD_LINES: dict[int, Look] = {  # of the model's peaks N; blue is for rigid spheres
@@ -97,7 +99,8 @@ def oscillation_period(campaign: Campaign) -> Panel | NotDrawn:
     caption = (
         f"Free period T, first to second peak of λ. Experiment: {slope_text(experiment)}; model: {slope_text(model)}. "
         f"Dotted: the slope that the paper quotes for its experiments, {PAPER_PERIOD_EXPERIMENT}; dash-dotted: "
-        f"{PAPER_PERIOD_MODEL} for its model. "
+        f"{PAPER_PERIOD_MODEL} for its model, whose equation gives {SLOPE_OF_TABLE_1} with the spheres of its Table 1 "
+        f"({PERIOD_OF_TABLE_1[0]} to {PERIOD_OF_TABLE_1[1]}, for λ₀ from 1.05 to 2.2). "
         f"Bands, small oscillations: sphere in air {PERIOD_IN_AIR[0]:.2f} (G∞ + G_T, ellipsoid) to "
         f"{PERIOD_IN_AIR[1]:.2f} "
         f"(G∞, exact n = 2 mode); loaded by water {PERIOD_IN_WATER[0]:.2f} (half wetted, ellipsoid; an estimate) to "

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
+from typing import Any
 
 import pandas as pd
 
@@ -70,7 +71,7 @@ ENTRY_COLUMNS: Columns = {
     "ΔU/U₀": _cell("delta_u_over_u0", digits=3),
     "velocity from": _word("velocity_source"),
 }
-WATER_ONLY = {"froude"}
+WATER_ONLY = {"froude", "stiffness_ratio"}
 EFFECTIVE = {"diameter_eff_m", "tp_u0_over_deff"}
 PINCH_OFF = {"t_p_s", "y_p_m", "tp_u0_over_d", "pinch_off_cavity", *EFFECTIVE}
 OF_MATERIAL = {"g_inf_pa", "stiffness_ratio"}
@@ -127,9 +128,11 @@ def flight_table(campaign: Campaign) -> TextTable:
 
 
 def _filled(columns: Columns, drops: list[DropResults]) -> TextTable:
-    rows = [tuple(write(drop) for write in columns.values()) for drop in drops]
-    kept = [place for place in range(len(columns)) if any(row[place] not in {"", DASH} for row in rows)]
-    header = tuple(columns)
+    return _without_empty(tuple(columns), [tuple(write(drop) for write in columns.values()) for drop in drops])
+
+
+def _without_empty(header: tuple[str, ...], rows: list[tuple[str, ...]]) -> TextTable:
+    kept = [place for place in range(len(header)) if any(row[place] not in {"", DASH} for row in rows)]
     return TextTable(tuple(header[i] for i in kept), tuple(tuple(row[i] for i in kept) for row in rows))
 
 
@@ -141,25 +144,22 @@ MATERIAL_COLUMNS = {
     "m": "m",
     "n": "n",
     "ε̇₀ (1/s)": "eps0_dot_1_s",
+    "ε̇₀ .12ⁿ (1/s)": "flow_1_s",
 }
 
 
 def material_table(materials: pd.DataFrame) -> TextTable:
-    """Parameters of the materials, as in the paper's Table 1."""
-    rows = []
-    for row in materials.to_dict("records"):
-        numbers = [
-            with_uncertainty(as_number(row[name]), as_number(row.get(f"{name}_unc")))
-            for name in MATERIAL_COLUMNS.values()
-        ]
-        size = with_uncertainty(1e3 * as_number(row["diameter_m"]))
-        rows.append(
-            (
-                as_text(row["material"]),
-                as_text(row["sphere_id"]) or DASH,
-                size,
-                *numbers,
-                as_text(row["source"]) or DASH,
-            )
-        )
-    return TextTable(("material", "sphere", "D (mm)", *MATERIAL_COLUMNS, "source"), tuple(rows))
+    """Parameters of the materials, as in the paper's Table 1; columns that no row fills are left out."""
+    header = ("material", "sphere", "D (mm)", *MATERIAL_COLUMNS, "source")
+    return _without_empty(header, [_material_row(row) for row in materials.to_dict("records")])
+
+
+def _material_row(row: dict[Hashable, Any]) -> tuple[str, ...]:
+    numbers = [
+        with_uncertainty(as_number(row.get(name)), as_number(row.get(f"{name}_unc")))
+        for name in MATERIAL_COLUMNS.values()
+    ]
+    size, status = with_uncertainty(1e3 * as_number(row["diameter_m"])), as_text(row.get("status"))
+    source = as_text(row["source"]) or DASH
+    told = source if status in {"", "ok"} else f"{source}: {status}"
+    return (as_text(row["material"]), as_text(row["sphere_id"]) or DASH, size, *numbers, told)

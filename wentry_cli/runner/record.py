@@ -38,6 +38,9 @@ def read_drops(results: Path) -> tuple[list[Drop], dict[str, str]]:
         raise InputError(f"{results}: is a file; give the folder that `wentry process` wrote its results into")
     if not os.path.isdir(results):
         raise InputError(f"{results}: no such folder; run `wentry process VIDEO_DIR -o {results}` first")
+    if os.path.isfile(results / DROP):
+        name = os.path.basename(os.path.abspath(results))
+        raise InputError(f"{results}: is the folder of one drop; give the one above it, and --drop {name}")
     drops: list[Drop] = []
     damaged: dict[str, str] = {}
     for path in sorted(results.glob(f"*/{DROP}")):

@@ -6,6 +6,7 @@ kinematics_model.csv: the paper's own route, y_c from the time-scaled model stre
 
 from __future__ import annotations
 
+import logging
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,7 @@ from wentry_cli.config import campaign
 from wentry_cli.errors import ConfigurationError
 from wentry_cli.kinematics.centre import early_shape_time
 from wentry_cli.mechanics.bergstrom_boyce import Material
+from wentry_cli.mechanics.plausibility import doubt_of_flow
 from wentry_cli.mechanics.solver import solve_oscillation
 from wentry_cli.mechanics.time_scaling import NOT_MEASURED, Measured, TimeScaling, fit_time_scale
 from wentry_cli.stages.inputs.columns import column
@@ -27,6 +29,7 @@ from wentry_cli.tables import has_table, new_table, read_table, write_table
 if TYPE_CHECKING:
     import pandas as pd
 
+logger = logging.getLogger(__name__)
 FloatArray = NDArray[np.float64]
 ROWS_PER_PERIOD = 200
 LEAST_PERIODS = 5.0
@@ -42,6 +45,8 @@ def run(folder: Path, drop: campaign.Drop) -> None:
     if drop.material is None:
         return
     material = sphere_material(drop)
+    if doubt := doubt_of_flow(material):
+        logger.warning("%s: sphere.material %s: %s", drop.name, drop.experiment.sphere.material, doubt)
     stretch, periods = read_table(folder, "stretch"), read_table(folder, "periods")
     fit = _fit(material, stretch, periods)
     first = first_peak(periods)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import logging
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
 from wentry_cli.config.campaign import Drop
+from wentry_cli.config.materials import Material, find_material
+from wentry_cli.errors import WentryError
 from wentry_cli.progress import tick
 from wentry_cli.report.campaign import Campaign, read_campaign
 from wentry_cli.report.document import write_document
@@ -66,15 +69,29 @@ def _tell_lacking(campaign: Campaign) -> None:
 
 
 def table_1(drops: list[Drop]) -> pd.DataFrame:
-    """The materials that the drops use, a row each, in the columns of ``materials.csv``."""
-    used = {}
+    """The materials that the drops use, a row each, in the columns of ``materials.csv``.
+
+    Below a material that was calibrated stands what its file gives: for the paper's spheres, Table 1.
+    """
+    rows: dict[tuple[str, int], dict[str, Any]] = {}
     for drop in drops:
-        if drop.material is not None:
-            given = drop.material.model_dump()
-            name = drop.experiment.sphere.material or ""
-            row = {column: given.get(column) for column in TABLES["materials"].names}
-            used[name] = row | {"material": name, "diameter_m": drop.experiment.sphere.diameter_m}
-    return pd.DataFrame.from_records([used[name] for name in sorted(used)], columns=TABLES["materials"].names)
+        name, size = drop.experiment.sphere.material or "", drop.experiment.sphere.diameter_m
+        for place, material in enumerate((drop.material, _given(drop))):
+            if material is not None:
+                known = material.model_dump()
+                row = {column: known.get(column) for column in TABLES["materials"].names}
+                rows[name, place] = row | {"material": name, "diameter_m": size}
+    return pd.DataFrame.from_records([rows[key] for key in sorted(rows)], columns=TABLES["materials"].names)
+
+
+def _given(drop: Drop) -> Material | None:
+    """The material of a calibrated drop as its file has it; nothing where that is gone."""
+    if drop.material is None or not (drop.material.source or "").startswith("materials.csv"):
+        return None
+    try:
+        return find_material(drop.experiment.sphere.material, drop.materials_path)
+    except WentryError:
+        return None
 
 
 def _by_drop(campaign: Campaign, open_view: OpenView) -> list[Panel | NotDrawn]:
