@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import math
 import shutil
 import sys
 from pathlib import Path
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 
 from wentry_cli import compiled as module
-from wentry_cli.compiled import compiled
+from wentry_cli.compiled import compiled, reordered
 
 
 def test_the_cache_of_a_room_depends_on_the_rooms_it_imports() -> None:
@@ -104,3 +105,17 @@ def test_a_function_outside_the_package_is_compiled_too() -> None:
         return 2.0 * values
 
     np.testing.assert_array_equal(double(np.ones(3)), np.full(3, 2.0))
+
+
+def test_a_reordered_sum_differs_by_roundings_and_is_the_same_each_time() -> None:
+    @reordered
+    def total(values):
+        found = 0.0
+        for value in values:
+            found += value
+        return found
+
+    values = np.random.default_rng(3).normal(size=10_001)
+    exact = math.fsum(values)
+    assert abs(total(values) - exact) < 1e-12 * np.abs(values).sum()
+    assert total(values) == total(values.copy())
