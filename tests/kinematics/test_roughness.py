@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from wentry_cli.kinematics import state_space
-from wentry_cli.kinematics.roughness import narrowing
+from wentry_cli.kinematics.roughness import bar_factors
 from wentry_cli.kinematics.smoother import smooth_track
 
 FRAMES, NOISE, STEP = 500, 1e-5, 5e-4
@@ -60,8 +60,8 @@ def test_what_is_known_before_and_at_an_event_stays_as_wide() -> None:
     t, y = STEP * np.arange(FRAMES), NOISE * (smooth(random)[:, 0] + random.normal(size=FRAMES))
     event, reach = 100.3, 4.0
     track = smooth_track(t, y, NOISE, events_s=(event * STEP,))
-    factors = narrowing(track.mixture[0][1], t, track.events_s, reach, 0.0)
+    factors = bar_factors(track.mixture[0][1], t, track.events_s, reach, 0.0)
     assert np.all(factors[t <= (event + reach) * STEP] == 1.0)
     assert np.allclose(factors[200], np.sqrt([7 / 8, 5 / 8, 3 / 8]))
     assert factors[-1] == pytest.approx(1.0)
-    assert np.all(narrowing(track.mixture[0][1], t, track.events_s, reach, 1.0) == 1.0)
+    assert np.all(bar_factors(track.mixture[0][1], t, track.events_s, reach, 1.0) == 1.0)

@@ -70,8 +70,10 @@ def slam_of(sphere: str, seed: int) -> tuple[float, float]:
     """Return the greatest acceleration, m/s², of the fall of that name and seed and how long it has half of it, s."""
     t = np.linspace(0.0, SLAM_WITHIN_S, 1201)
     a = _fall(_draw(sphere, np.random.default_rng([seed, SPHERES.index(sphere)])), t).a
-    above = t[a > 0.5 * np.max(a)]
-    return float(np.max(a)), float(above[-1] - above[0])
+    top = int(np.argmax(a))
+    low = np.flatnonzero(a < 0.5 * a[top])
+    after = low[low > top]
+    return float(a[top]), float((t[after[0]] if after.size else t[-1]) - t[low[low < top][-1]])
 
 
 def _fall(draw: _Draw, t: Array) -> Truth:

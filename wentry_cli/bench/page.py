@@ -95,8 +95,8 @@ def write_page(chapters: list[Chapter], folder: Path, drawn_anew: Collection[str
     for chapter in chapters:
         name, rows = chapter.name, chapter.rows
         parts += [f"## {TITLES.get(name, name)}", *([NOTES[name], ""] if name in NOTES else [""])]
-        if name == "smoothers":
-            parts += [explain(rows), ""]
+        if name == "smoothers" and (limits := explain(rows)):
+            parts += [limits, ""]
         if len({row.method for row in rows}) > 1 and name not in {"ball", "pinch_off"}:
             picture = folder / f"accuracy_{name}.svg"
             if name in drawn_anew:

@@ -23,9 +23,8 @@ def explain(rows: list[BenchRow]) -> str:
     ours = found[STRIKE, OURS, "velocity"]
     return f"""\
 At impact the acceleration rises and falls again: {found[STRIKE, FALLS_KNOWN, "acceleration"].note}.
-At 0.1 px ours is off by {rmse(OURS, FIRST)} in the first millisecond and by {rmse(OURS, REST)} in the three after it;
-the same smoother with hyperparameters that were fitted to the true fall there by {rmse(ORACLE_AT_IMPACT)} over all four
-(ours: {rmse(OURS)}), so that no other choice of how much to smooth goes much further. Who knew besides the noise and
-the instant of impact what such falls are like on the mean and how they vary would be off by {rmse(FALLS_KNOWN)}: what
-lies between is the law of the fall, which a measurement of it must not take for granted. For velocity there the
-{ours.note}."""
+At 0.1 px ours is off by {rmse(OURS)} over the 4 ms after impact: by {rmse(OURS, FIRST)} in the first of them, which is
+two frames, and by {rmse(OURS, REST)} after it. The same smoother with hyperparameters fitted to the true fall there
+reaches {rmse(ORACLE_AT_IMPACT)}, and the best linear estimator that knows how such falls differ {rmse(FALLS_KNOWN)}:
+so much is to be had by who knows the slam beforehand, and two frames do not tell how long it rises. The error bar says
+so: for velocity there the {ours.note}."""

@@ -1,4 +1,4 @@
-"""How much of the roughness that a smoothing spline expects a record shows, and error bars that hold no more than that.
+"""How much of the roughness that a smoothing spline expects a record shows, and error bars that hold as much.
 
 The variance that a spline states has two parts: the noise that it lets pass, and what it takes the truth to do beyond
 its bandwidth and smooths away. Of the d-th derivative by order m the second part is (2d + 1)/2m, for the acceleration
@@ -18,11 +18,12 @@ from wentry_cli.kinematics.state_pass import StatePass, smooth
 
 Array = NDArray[np.float64]
 DERIVATIVES = np.arange(3)
-EXPECTED_BEFORE = 4.0  # degrees of freedom that speak for what is expected, whatever the record shows
+MOST = 2.0
+EXPECTED_BEFORE = 2.0  # degrees of freedom that speak for what is expected, whatever the record shows
 
 
 def shown(smoothing: StatePass, events_s: Array, reach: float) -> float:
-    """Return the share, 0 to 1, of the roughness expected beyond the bandwidth that the record of a smoothing shows.
+    """Return how much of the roughness expected beyond the bandwidth a record shows, up to ``MOST``; 1: as expected.
 
     Smoothed once more, position changes by b; over its variance V the mean of b² is known where the record is all
     noise beyond the bandwidth and where it is as rough as expected. ``reach`` as of ``inner``.
@@ -44,14 +45,14 @@ def shown(smoothing: StatePass, events_s: Array, reach: float) -> float:
     noise, expected = _changes(record.order)
     freedom = float(np.sum(weight * smoothing.leverage(covariance, rows[:, 2] * record.noise_m**2)))
     share = (ratio - noise) / (expected - noise)
-    return min(max((freedom * share + EXPECTED_BEFORE) / (freedom + EXPECTED_BEFORE), 0.0), 1.0)
+    return min(max((freedom * share + EXPECTED_BEFORE) / (freedom + EXPECTED_BEFORE), 0.0), MOST)
 
 
-def narrowing(smoothing: StatePass, times_s: Array, events_s: Array, reach: float, share: float) -> Array:
+def bar_factors(smoothing: StatePass, times_s: Array, events_s: Array, reach: float, share: float) -> Array:
     """Return factors (n, 3) on the standard uncertainties of position, velocity and acceleration for a share shown."""
-    unseen = (1.0 - share) * inner(smoothing, times_s, events_s, reach)
+    more = (share - 1.0) * inner(smoothing, times_s, events_s, reach)
     part = (2.0 * DERIVATIVES + 1.0) / (2.0 * smoothing.record.order)
-    return np.asarray(np.sqrt(1.0 - unseen[:, None] * part))
+    return np.asarray(np.sqrt(1.0 + more[:, None] * part))
 
 
 def inner(smoothing: StatePass, times_s: Array, events_s: Array, reach: float) -> Array:

@@ -87,7 +87,10 @@ class SmoothTrack:
     rough: float = 1.0
 
     def evaluate(self, times_s: Array | float, *, before: bool = False) -> TrackState:
-        """Return the states at any times; at the instant of an event those after it, or those ``before`` it."""
+        """Return the states at any times; at the instant of an event those after it, or those ``before`` it.
+
+        Just after it the velocity is short by what the acceleration takes to rise (``state_space.LAG``).
+        """
         times = np.atleast_1d(np.asarray(times_s, dtype=float))
         if not self.mixture:
             return _empty(times)
@@ -170,7 +173,7 @@ def _fit(
 def _blend(mixture: Mixture, times: Array, events: Array, before: bool, rough: float) -> TrackState:
     """Mix the smoothings by their shares; one of share 0 counts near events only, where it takes from the others.
 
-    The error bars hold no more roughness than the share that the record shows.
+    The error bars hold as much roughness as the record shows.
     """
     near = np.zeros(times.shape)
     if events.size and any(share == 0.0 for share, _ in mixture):
@@ -195,7 +198,7 @@ def _blend(mixture: Mixture, times: Array, events: Array, before: bool, rough: f
     covariance = squares - states[:, :, None] * states[:, None, :]
     states += first
     blended = TrackState(times, states[:, 0], states[:, 1], states[:, 2], covariance)
-    return blended.widened(roughness.narrowing(mixture[0][1], times, events, NEAR_EVENT_FRAMES, rough))
+    return blended.widened(roughness.bar_factors(mixture[0][1], times, events, NEAR_EVENT_FRAMES, rough))
 
 
 def _empty(times: Array) -> TrackState:
