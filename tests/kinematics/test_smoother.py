@@ -169,7 +169,7 @@ def test_two_sides_of_an_event() -> None:
     before, after = track.evaluate(0.0, before=True), track.evaluate(0.0)
     assert before.acceleration[0] == pytest.approx(-G)
     assert abs(after.acceleration[0] - before.acceleration[0]) > 10.0
-    assert after.velocity[0] == pytest.approx(before.velocity[0], abs=1e-9)
+    assert abs(after.velocity[0] - before.velocity[0]) < 2.0 * after.velocity_unc[0]
 
 
 def test_a_second_event_takes_a_jolt() -> None:

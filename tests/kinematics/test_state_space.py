@@ -65,6 +65,9 @@ def test_smoothed_states_are_the_conditional_expectation(m: int) -> None:
         block = q * noise(m, stop - start)
         if nodes[k, 3] >= 0:
             block += np.diag([nodes[k, 2], nodes[k, 1], law[3] ** 2, law[4] ** 2][:m])
+            behind = np.array([0.0, -state_space.LAG * law[6], 1.0])  # a velocity behind its acceleration, in part
+            block[:3, :3] += law[3] ** 2 * (np.outer(behind, behind) - np.diag([0.0, 0.0, 1.0]))
+            block[1, 1] += (state_space.LAG_SPREAD * law[6] * law[3]) ** 2
         blocks.append(block)
         steps.append(transition(m, stop - start))
     for k in range(n):

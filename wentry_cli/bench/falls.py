@@ -18,6 +18,7 @@ FPS, PX_PER_M, FRAMES, BEFORE, GRAVITY = 2000.0, 4000.0, 340, 40, 9.81
 DIAMETER, DENSITY, WATER = 0.051, 1070.0, 998.0
 SPHERES = ("soft", "rigid", "very soft")
 SETTLED_S = 0.004
+SLAM_WITHIN_S = 0.012
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,26 @@ def make_truth(sphere: str, seed: int, *, frames: int = FRAMES) -> Truth:
     """Integrate the fall of one of ``SPHERES``: 20 ms in air, then water."""
     random = np.random.default_rng([seed, SPHERES.index(sphere)])
     draw = _draw(sphere, random)
-    t = np.asarray((np.arange(frames) - BEFORE - random.uniform(0.05, 0.95)) / FPS, dtype=float)
+    return _fall(draw, np.asarray((np.arange(frames) - BEFORE - random.uniform(0.05, 0.95)) / FPS, dtype=float))
+
+
+def make_falls(t: Array, count: int, seed: int) -> list[Truth]:
+    """Return ``count`` other falls, of all spheres in turn, at the times ``t`` after impact."""
+    random = np.random.default_rng([seed, count])
+    return [_fall(_draw(SPHERES[k % len(SPHERES)], random), t) for k in range(count)]
+
+
+def slam_of(sphere: str, seed: int) -> tuple[float, float]:
+    """Return the greatest acceleration, m/s², of the fall of that name and seed and how long it has half of it, s."""
+    t = np.linspace(0.0, SLAM_WITHIN_S, 1201)
+    a = _fall(_draw(sphere, np.random.default_rng([seed, SPHERES.index(sphere)])), t).a
+    top = int(np.argmax(a))
+    low = np.flatnonzero(a < 0.5 * a[top])
+    after = low[low > top]
+    return float(a[top]), float((t[after[0]] if after.size else t[-1]) - t[low[low < top][-1]])
+
+
+def _fall(draw: _Draw, t: Array) -> Truth:
     rate = _equation(draw)
     after, end = np.maximum(t, 0.0), (0.0, float(t[-1]) + 1e-6)
     start = [0.0, -draw.speed]

@@ -11,6 +11,7 @@ from wentry_cli.bench.figures import draw_chapter
 from wentry_cli.bench.kept import Chapter, Maker
 from wentry_cli.bench.outline_cases import CASES, GROUPS
 from wentry_cli.bench.row import BenchRow
+from wentry_cli.bench.smoother_page import explain
 from wentry_cli.bench.speed_page import speed_tables
 from wentry_cli.bench.table import DASH, figure, markdown, pivot, share
 from wentry_cli.bench.targets import OURS, list_targets
@@ -102,6 +103,8 @@ def write_page(chapters: list[Chapter], folder: Path, drawn_anew: Collection[str
     for chapter in chapters:
         name, rows = chapter.name, chapter.rows
         parts += [f"## {TITLES.get(name, name)}", *([NOTES[name], ""] if name in NOTES else [""])]
+        if name == "smoothers" and (limits := explain(rows)):
+            parts += [limits, ""]
         if len({row.method for row in rows}) > 1 and name not in {"ball", "pinch_off", "extremes"}:
             picture = folder / f"accuracy_{name}.svg"
             if name in drawn_anew:

@@ -23,6 +23,7 @@ from wentry_cli.kinematics.state_pass import Ballistic, Record, prepare, smooth
 Array = NDArray[np.float64]
 Method = Callable[[Array, Array, float], tuple[Array, Array]]
 ORACLE = "oracle: state space of order 4, hyperparameters fitted to the truth"
+ORACLE_AT_IMPACT = "oracle: the same, fitted to the first 4 ms"
 ORACLE_DRAWS, ORACLE_CALLS = 4, 200
 BAND_LIMIT_HZ = 40.0  # what PyNumDiff is told of the signal: the softest spheres ring at 20 Hz, the slam is far faster
 
@@ -102,19 +103,18 @@ def installed_peers() -> dict[str, Method]:
     return found
 
 
-def find_oracle(truth: Truth, noise: float, random: np.random.Generator) -> Method:
-    """Return the smoother whose hyperparameters make the errors of v and a inside least on other draws of the noise.
+def find_oracle(truth: Truth, noise: float, random: np.random.Generator, where: NDArray[np.bool_]) -> Method:
+    """Return the smoother whose hyperparameters make the errors of v and a ``where`` least on other draws of the noise.
 
-    It knows the truth: no method that sees only a record of this model does better.
+    It knows the truth: no method that sees only a record of this model does better there.
     """
     draws = [_record(truth, truth.y + noise * random.normal(size=truth.t.size), noise) for _ in range(ORACLE_DRAWS)]
-    inside = truth.inside
 
     def loss(theta: Array) -> float:
         off = []
         for record in draws:
-            states, _ = smooth(record, clipped(theta, SEARCH_LIMITS)).evaluate(truth.t[inside])
-            off.append([np.mean((states[:, 1] - truth.v[inside]) ** 2), np.mean((states[:, 2] - truth.a[inside]) ** 2)])
+            states, _ = smooth(record, clipped(theta, SEARCH_LIMITS)).evaluate(truth.t[where])
+            off.append([np.mean((states[:, 1] - truth.v[where]) ** 2), np.mean((states[:, 2] - truth.a[where]) ** 2)])
         total = float(np.sum(np.log(np.mean(off, axis=0))))
         return total if np.isfinite(total) else 1e3
 

@@ -9,15 +9,16 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wentry_cli.bench.falls import GRAVITY, PX_PER_M, SPHERES, Truth, make_truth
+from wentry_cli.bench.falls import FPS, GRAVITY, PX_PER_M, SPHERES, Truth, make_truth, slam_of
 from wentry_cli.bench.row import BenchRow
-from wentry_cli.bench.smoother_cases import hard_cases
-from wentry_cli.bench.smoother_peers import ORACLE, PEERS, Method, find_oracle, installed_peers
+from wentry_cli.bench.smoother_bounds import FALLS_KNOWN, find_bound
+from wentry_cli.bench.smoother_cases import hard_cases, told
+from wentry_cli.bench.smoother_peers import ORACLE, ORACLE_AT_IMPACT, PEERS, Method, find_oracle, installed_peers
 from wentry_cli.kinematics.smoother import Mode, TrackState, smooth_track
 from wentry_cli.kinematics.state_pass import Ballistic
 
@@ -27,6 +28,8 @@ OURS = "wentry, impact_aware"
 MODES: tuple[Mode, ...] = ("impact_aware", "gcv", "epps")
 QUANTITIES = (("velocity", "m/s"), ("acceleration", "m/s²"))
 SLOW_PEER_DROPS = 1
+FIRST_S = 0.001
+PLACES = ("inside", "at impact", "first ms", "1 to 4 ms")
 
 
 @dataclass
@@ -44,12 +47,25 @@ def run(quick: bool, seed: int) -> list[BenchRow]:
     ``quick``: three soft drops at 0.1 px, no oracle and none of the optional packages.
     """
     spheres, draws = (SPHERES[:1], 3) if quick else (SPHERES, 4)
-    truths = [make_truth(sphere, seed + k) for sphere in spheres for k in range(draws)]
+    drops = [(sphere, seed + k) for sphere in spheres for k in range(draws)]
+    truths = [make_truth(*drop) for drop in drops]
     rows: list[BenchRow] = []
     for pixels in (0.1,) if quick else NOISE_PX:
         found = _measure(truths, pixels / PX_PER_M, seed, peers={} if quick else installed_peers(), oracle=not quick)
         rows += _rows(f"{pixels:g} px", found)
+    slams = _slams(drops)
+    rows = [replace(row, note=slams) if row.method == FALLS_KNOWN else row for row in rows]
+    rows.sort(key=lambda row: row.case.endswith(PLACES[2:]))  # the figure shows the first cases
     return rows + hard_cases(truths, seed)
+
+
+def _slams(drops: list[tuple[str, int]]) -> str:
+    peak, width = np.transpose([slam_of(*drop) for drop in drops])
+    return (
+        f"its greatest value is {np.min(peak):.0f} to {np.max(peak):.0f} m/s², "
+        f"more than half of it lasts {1e3 * np.min(width):.1f} to {1e3 * np.max(width):.1f} ms "
+        f"(median {np.median(width) * FPS:.1f} frames)"
+    )
 
 
 def _measure(
@@ -63,7 +79,9 @@ def _measure(
             _ours(truth, y, noise, mode, found.setdefault(f"wentry, {mode}", _Found()))
         methods = dict(PEERS)
         if oracle:
-            methods[ORACLE] = find_oracle(truth, noise, random)
+            methods[ORACLE] = find_oracle(truth, noise, random, truth.inside)
+            methods[ORACLE_AT_IMPACT] = find_oracle(truth, noise, random, truth.at_impact)
+            methods[FALLS_KNOWN] = find_bound(seed)
         if number % 4 < SLOW_PEER_DROPS:
             methods |= peers
         for name, method in methods.items():
@@ -106,18 +124,25 @@ def _note(truth: Truth, result: tuple[Array, Array], into: _Found) -> None:
 
 
 def _places(truth: Truth) -> Iterable[tuple[str, NDArray[np.bool_]]]:
-    return (("inside", truth.inside), ("at impact", truth.at_impact))
+    first = truth.t <= FIRST_S
+    return zip(
+        PLACES,
+        (truth.inside, truth.at_impact, truth.at_impact & first, truth.at_impact & ~first),
+        strict=True,
+    )
 
 
 def _rows(case: str, found: dict[str, _Found]) -> list[BenchRow]:
     rows = []
-    for where in ("inside", "at impact"):
+    for where in PLACES:
         for quantity, unit in QUANTITIES:
             key = (where, quantity)
             floor = _rms(found[ORACLE].errors[key]) if ORACLE in found and where == "inside" else float("nan")
             for method, result in found.items():
                 error = np.concatenate(result.errors[key])
-                notes = [f"95 % band holds {np.mean(np.concatenate(result.held[key])):.1%}"] if result.held else []
+                if not np.isfinite(error).any():  # of what it does not estimate
+                    continue
+                notes = [told(result.held[key])] if result.held else []
                 if np.isfinite(floor) and method != ORACLE:
                     notes.append(f"{_rms(result.errors[key]) / floor:.2f} × oracle")
                 rows.append(
@@ -133,6 +158,7 @@ def _rows(case: str, found: dict[str, _Found]) -> list[BenchRow]:
                         failures=float(np.mean(~np.isfinite(error))),
                         time_us=1e6 * float(np.median(result.seconds)),
                         note="; ".join(notes),
+                        items=len(result.errors[key]),
                         held=float(np.mean(np.concatenate(result.held[key]))) if result.held else float("nan"),
                     )
                 )

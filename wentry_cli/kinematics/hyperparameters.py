@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 LONG_RECORD = 4000
 ABOUT_EVENT = 500
 USUAL_SHARE, SHARE_SPREAD = 0.1, 1.0  # a lasting bandwidth of a tenth of the record, within a factor e
-USUAL_SLAM, SLAM_SPREAD = 0.4, 0.7  # logarithm of frames: a slam lasts two or three
+USUAL_SLAM, SLAM_SPREAD = 0.2, 0.5  # logarithm of frames: what a slam leaves to chance is gone after two or three
 USUAL_STRIKE, STRIKE_SPREAD = 1.0, 1.0  # logarithm of the jump at an event over the accelerations of longer times
 
 

@@ -17,7 +17,7 @@ from wentry_cli.kinematics.side_by_side import SETS, log_likelihoods
 
 Array = NDArray[np.float64]
 STEP = 0.25
-SEARCH_LIMITS = np.array([[0.3, 14.0], [-1.0, 14.0], [0.0, 12.0], [-9.0, 9.0], [-1.0, 7.0], [-6.0, 1.0]])
+SEARCH_LIMITS = np.array([[0.3, 14.0], [-1.0, 14.0], [0.0, 12.0], [-9.0, 18.0], [-1.0, 7.0], [-6.0, 1.0]])
 
 
 @compiled

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.kinematics.state_space import add_noise
+from wentry_cli.kinematics.state_space import LAG, LAG_SPREAD, add_noise
 
 Array = NDArray[np.float64]
 SETS = 4
@@ -219,11 +219,16 @@ def _update(s: Array, value: float, variance: float) -> None:
 
 @compiled
 def _jump(s: Array, laws: Array, strengths: Array, node: Array, m: int) -> None:
-    """Widen the covariances of all sets, in place, by a jump of acceleration and jerk and those in ``node``."""
+    """Widen the covariances of all sets, in place, by a jump of acceleration and jerk and those in ``node``.
+
+    The velocity is behind the jump of the acceleration, as in ``square_root.jump_root``.
+    """
     for at in range(SETS):
         s[_P00 + at] += node[2]
-        s[_P11 + at] += node[1]
-        s[_P22 + at] += (strengths[at] * laws[at, 3]) ** 2
+        duration, jump = laws[at, 6], (strengths[at] * laws[at, 3]) ** 2
+        s[_P11 + at] += node[1] + (LAG**2 + LAG_SPREAD**2) * duration**2 * jump
+        s[_P12 + at] -= LAG * duration * jump
+        s[_P22 + at] += jump
         if m == _ORDER:
             s[_P33 + at] += (strengths[at] * laws[at, 4]) ** 2
 

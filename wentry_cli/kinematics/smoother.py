@@ -17,6 +17,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.kinematics import roughness
 from wentry_cli.kinematics.averaging import members
 from wentry_cli.kinematics.hyperparameters import fit_pass, fit_plain
 from wentry_cli.kinematics.outliers import correlation_widening, first_suspects, late_suspects, scatter_ratio
@@ -43,9 +44,10 @@ class TrackState:
     acceleration: Array
     covariance: Array
 
-    def widened(self, factor: float) -> TrackState:
-        """Return these states with all standard uncertainties times ``factor``."""
-        return replace(self, covariance=factor**2 * self.covariance)
+    def widened(self, factor: Array | float) -> TrackState:
+        """Return these states with all standard uncertainties times ``factor``, or each (n, 3) by its own."""
+        factors = np.broadcast_to(factor, (self.times_s.size, 3))
+        return replace(self, covariance=factors[:, :, None] * factors[:, None, :] * self.covariance)
 
     @property
     def position_unc(self) -> Array:
@@ -70,7 +72,8 @@ class SmoothTrack:
     ``used`` is False where a frame was missing or deleted as an outlier; ``residual`` is measured − smoothed (NaN
     where missing); ``noise_scale`` multiplies the stated uncertainties to match the scatter found; ``mixture`` holds
     the smoothings and their shares; ``status`` is ok or too_few; ``widening`` is the factor on all standard
-    uncertainties for noise that is correlated from frame to frame (``outliers.correlation_widening``).
+    uncertainties for noise that is correlated from frame to frame (``outliers.correlation_widening``), ``rough`` the
+    share that the record shows of the roughness expected (``roughness.shown``).
     """
 
     frames: TrackState
@@ -81,13 +84,17 @@ class SmoothTrack:
     mixture: Mixture
     status: str
     widening: float = 1.0
+    rough: float = 1.0
 
     def evaluate(self, times_s: Array | float, *, before: bool = False) -> TrackState:
-        """Return the states at any times; at the instant of an event those after it, or those ``before`` it."""
+        """Return the states at any times; at the instant of an event those after it, or those ``before`` it.
+
+        Just after it the velocity is short by what the acceleration takes to rise (``state_space.LAG``).
+        """
         times = np.atleast_1d(np.asarray(times_s, dtype=float))
         if not self.mixture:
             return _empty(times)
-        return _blend(self.mixture, times, self.events_s, before).widened(self.widening)
+        return _blend(self.mixture, times, self.events_s, before, self.rough).widened(self.widening)
 
 
 def smooth_track(
@@ -133,11 +140,12 @@ def smooth_track(
     good[measured] = used
     mixture = tuple(members(passes[0])) if mode == "impact_aware" else ((1.0, passes[0]),)
     mixture += tuple((0.0, other) for other in passes[1:])
-    frames = _blend(mixture, times, events, False)
+    rough = roughness.shown(passes[0], events, NEAR_EVENT_FRAMES) if mode == "impact_aware" else 1.0
+    frames = _blend(mixture, times, events, False, rough)
     residual = position - frames.position
     widening = correlation_widening(np.where(good, residual / np.sqrt(variance), np.nan))
     scale = unit * passes[0].noise_scale
-    return SmoothTrack(frames.widened(widening), good, residual, scale, events, mixture, "ok", widening)
+    return SmoothTrack(frames.widened(widening), good, residual, scale, events, mixture, "ok", widening, rough)
 
 
 def _fit(
@@ -162,8 +170,11 @@ def _fit(
     return tuple(fit_pass(record) for record in records)
 
 
-def _blend(mixture: Mixture, times: Array, events: Array, before: bool) -> TrackState:
-    """Mix the smoothings by their shares; one of share 0 counts near events only, where it takes from the others."""
+def _blend(mixture: Mixture, times: Array, events: Array, before: bool, rough: float) -> TrackState:
+    """Mix the smoothings by their shares; one of share 0 counts near events only, where it takes from the others.
+
+    The error bars hold as much roughness as the record shows.
+    """
     near = np.zeros(times.shape)
     if events.size and any(share == 0.0 for share, _ in mixture):
         distance = np.min(np.abs(times[:, None] - events[None, :]), axis=1) / mixture[0][1].record.interval_s
@@ -186,7 +197,8 @@ def _blend(mixture: Mixture, times: Array, events: Array, before: bool) -> Track
         squares[part] += weight[:, None, None] * (spread + off[:, :, None] * off[:, None, :])
     covariance = squares - states[:, :, None] * states[:, None, :]
     states += first
-    return TrackState(times, states[:, 0], states[:, 1], states[:, 2], covariance)
+    blended = TrackState(times, states[:, 0], states[:, 1], states[:, 2], covariance)
+    return blended.widened(roughness.bar_factors(mixture[0][1], times, events, NEAR_EVENT_FRAMES, rough))
 
 
 def _empty(times: Array) -> TrackState:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.kinematics.state_space import add_noise
+from wentry_cli.kinematics.state_space import LAG, LAG_SPREAD, add_noise
 
 Array = NDArray[np.float64]
 ORDER = 4  # of all states here, so that the loops are unrolled: of one of order 3 the last element is 0 and stays so
@@ -122,9 +122,9 @@ def jump_root(law: Array, strength: float, node: Array, m: int, root: Array) -> 
     """Write into ``root`` that of what the jumps at an event (a row of ``nodes``) add to one of order ``m``."""
     root[:] = 0.0
     root[0, 0] = math.sqrt(node[2])
-    root[1, 1] = math.sqrt(node[1])
-    if m > 2:
-        root[2, 2] = strength * law[3]
+    root[2, 2] = strength * law[3]
+    root[1, 2] = -LAG * law[6] * root[2, 2]
+    root[1, 1] = math.sqrt(node[1] + (LAG_SPREAD * law[6] * root[2, 2]) ** 2)
     if m > 3:
         root[3, 3] = strength * law[4]
 

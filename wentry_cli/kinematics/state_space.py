@@ -19,6 +19,11 @@ from numpy.typing import NDArray
 from wentry_cli.compiled import compiled
 
 Array = NDArray[np.float64]
+LAG, LAG_SPREAD = 0.07, 0.05
+"""The acceleration takes a part of the slam's duration to rise: by so much of tau_slam the velocity is behind a jump.
+
+No frame resolves the rise; without it, the velocity just after an event would be known better than anyone can.
+"""
 
 
 @compiled
