@@ -11,6 +11,7 @@ import pytest
 
 from wentry_cli.errors import FrameUnreadableError
 from wentry_cli.frames import decoded, image_folder
+from wentry_cli.frames import video as video_module
 from wentry_cli.frames.decoded import decoded_once, found_once
 from wentry_cli.frames.formats import open_recording
 
@@ -99,6 +100,50 @@ def test_a_damaged_image_stays_one(folder: Path, tmp_path: Path) -> None:
             with pytest.raises(FrameUnreadableError):
                 open_recording(folder).read(2)
             np.testing.assert_array_equal(open_recording(folder).read(3), picture(3))
+
+
+@pytest.fixture
+def video(tmp_path: Path) -> Path:
+    path = tmp_path / "side.avi"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"MJPG"), 25.0, (64, 48))
+    for index in range(COUNT):
+        writer.write(np.full((48, 64, 3), 40 * index + 20, np.uint8))
+    writer.release()
+    return path
+
+
+@pytest.fixture
+def grabbed(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Places of the frames of videos that were gone to."""
+    places: list[int] = []
+    plain = video_module._Stream.grab
+
+    def counted(stream: Any) -> int | None:
+        place = plain(stream)
+        places.append(-1 if place is None else place)
+        return place
+
+    monkeypatch.setattr(video_module._Stream, "grab", counted)
+    return places
+
+
+def test_a_video_is_gone_through_once_whatever_the_order(video: Path, grabbed: list[int], tmp_path: Path) -> None:
+    with decoded_once(tmp_path / "results"):
+        recording = open_recording(video)
+        for index in (3, 1, 4, 0, 2):
+            assert abs(int(recording.read(index)[24, 32]) - (40 * index + 20)) < 3
+    assert grabbed == list(range(COUNT))
+
+
+def test_a_video_for_whose_frames_there_is_no_room_is_read_all_the_same(
+    video: Path, grabbed: list[int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(decoded, "MOST_BYTES", 64 * 48 * 2)
+    with decoded_once(tmp_path / "results"):
+        recording = open_recording(video)
+        for index in (3, 4, 3, 4):
+            assert abs(int(recording.read(index)[24, 32]) - (40 * index + 20)) < 3
+    assert len(grabbed) <= 2 * COUNT
 
 
 def test_what_is_found_is_found_once_a_run(tmp_path: Path) -> None:

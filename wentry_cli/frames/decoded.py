@@ -12,7 +12,7 @@ import os
 import shutil
 import tempfile
 from collections.abc import Callable, Hashable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from pathlib import Path
 from typing import IO, Any, TypeVar
@@ -20,6 +20,7 @@ from typing import IO, Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.errors import FrameUnreadableError
 from wentry_cli.frames.reader import Frame, Recording, Region, checked_index, checked_region
 
 SHARE_OF_FREE = 0.25
@@ -96,6 +97,7 @@ class _Once:
     def __init__(self, recording: Recording, store: _Store) -> None:
         self._recording, self._store = recording, store
         self._places: dict[int, tuple[int, np.dtype[Any]]] = {}
+        self._passed = 0  # no frame before this one is kept on the way
         self.info = recording.info
         self.camera_frames = recording.camera_frames
         self.times_s = recording.times_s
@@ -114,11 +116,26 @@ class _Once:
             rows = np.empty((y1 - y0, self.info.width), kind)
             if self._store.get(begin + y0 * self.info.width * kind.itemsize, rows):
                 return rows if x1 - x0 == self.info.width else rows[:, x0:x1].copy()
+        if self.info.in_sequence:
+            self._keep_those_before(index)
+        return self._decode(index)[y0:y1, x0:x1].copy()
+
+    def _decode(self, index: int) -> Frame:
         frame = np.ascontiguousarray(self._recording.read(index))
-        begin_now = self._store.put(frame)
-        if begin_now is not None:
-            self._places[index] = (begin_now, frame.dtype)
-        return frame[y0:y1, x0:x1].copy()
+        begin = self._store.put(frame)
+        if begin is not None:
+            self._places[index] = (begin, frame.dtype)
+        return frame
+
+    def _keep_those_before(self, index: int) -> None:
+        """Keep the frames that are decoded on the way to ``index``, as long as there is room for them."""
+        while self._passed < index:
+            with suppress(FrameUnreadableError):  # it is told when it is asked for
+                self._decode(self._passed)
+                if self._passed not in self._places:
+                    self._passed = self.info.frame_count  # no more room: what is asked for next is all that counts
+            self._passed += 1
+        self._passed = max(self._passed, index + 1)
 
 
 _CURRENT: ContextVar[_Store | None] = ContextVar("decoded frames", default=None)

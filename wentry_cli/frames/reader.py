@@ -33,7 +33,8 @@ class RecordingInfo:
     not say); ``fps`` is in frames per second of the camera where ``rate_trusted``; ``duplicates`` counts files that
     claim a frame number already taken, ``gaps`` the frame numbers that are missing; ``unreadable`` names the images of
     which not even the header can be read; ``notes`` are what a user should see; ``random_access`` tells that a region
-    costs the bytes of its rows, not the decoding of its frame.
+    costs the bytes of its rows, not the decoding of its frame, ``in_sequence`` that a frame costs the decoding of those
+    before it.
     """
 
     path: Path
@@ -50,6 +51,7 @@ class RecordingInfo:
     unreadable: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     random_access: bool = False
+    in_sequence: bool = False
 
     @property
     def rate_trusted(self) -> bool:

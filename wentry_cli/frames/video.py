@@ -154,6 +154,7 @@ class VideoRecording:
             fps_source=RATE_UNKNOWN if stream.fps is None else RATE_OF_PLAYBACK,
             exposure_s=None,
             notes=(note,) if note else (),
+            in_sequence=True,
         )
 
     def _first_image(self, stream: _Stream, count: int) -> NDArray[Any]:
