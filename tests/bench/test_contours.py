@@ -1,11 +1,12 @@
 """The comparison of contour methods: it compares what it says, and ours is nearer to the bound."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from wentry_cli.bench.contours import run
+from wentry_cli.bench.contours import TOLD, run, told_what_is_hidden
 from wentry_cli.bench.outline_cases import CASES, QUICK, find_case
 from wentry_cli.bench.outline_frames import bounds_of, draw_frame
 from wentry_cli.bench.outline_peers import NOTHING, recipes
@@ -47,7 +48,22 @@ def test_every_method_has_a_time_and_its_shares(rows):
 
 def test_only_ours_states_uncertainties(rows):
     stated = {r.method for r in rows if math.isfinite(r.pull)}
-    assert stated == {"wentry accurate", "wentry fast"}
+    assert stated == {"wentry accurate", "wentry fast", TOLD}
+    assert {r.case for r in rows if r.method == TOLD} == {"droplets on 20 %"}
+
+
+def test_who_is_told_what_is_hidden_loses_the_pixels_that_droplets_change_and_no_others():
+    case = find_case("droplets on 20 %")
+    frame = draw_frame(case, 3, 0)
+    assert 0.02 < frame.hidden.mean() < 0.6
+    assert draw_frame(replace(case, droplets=0.0), 3, 0).hidden is None
+    levels = frame.region[frame.hidden]
+    assert levels.std() > 10.0 * case.noise  # droplets are darker or brighter than what they hide
+    told, _ = told_what_is_hidden(case)(frame)
+    assert told[:4] == pytest.approx(frame.truth, abs=0.05)
+    masked = np.where(frame.hidden, 0.0, frame.region)
+    blind, _ = told_what_is_hidden(case)(replace(frame, region=masked.astype(np.float32)))
+    assert blind.tobytes() == told.tobytes()  # whatever was in these pixels
 
 
 @pytest.mark.parametrize("name", recipes())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,8 @@ MARGIN_PX = 18
 MIRROR_GAP_PX = 8.0
 BAND_PX = 18.0
 PIXEL_VARIANCE = 1.0 / 12.0
+# A pixel whose transmission droplets change by less is as good as plain.
+HIDDEN = 0.003
 # What is wanted of every frame, in this order.
 QUANTITIES = (("x", "px"), ("y", "px"), ("stretch", "1"), ("bottom_y", "px"), ("local_bottom_y", "px"))
 
@@ -32,6 +34,7 @@ class Frame:
     """A flat-fielded region with its truth (x, y, stretch, lowest row) and what every method is told.
 
     ``guess`` is a prediction that is off by about a pixel; ``ceiling`` is the transmission at which the sensor clips.
+    ``hidden`` tells which pixels droplets change, None where there are none.
     """
 
     region: NDArray[np.float32]
@@ -39,6 +42,7 @@ class Frame:
     guess: EllipseShape
     top_y: float
     ceiling: float
+    hidden: NDArray[np.bool_] | None = None
 
 
 def draw_frame(case: Case, seed: int, number: int) -> Frame:
@@ -69,7 +73,11 @@ def draw_frame(case: Case, seed: int, number: int) -> Frame:
         inverse = np.float32(1.0 + case.dark)
         levels = expose_frame(inverse - still.transmission, still.light, light.sensor, rng)
         flat = np.asarray(inverse - levels / still.light, np.float32)
-    return Frame(np.ascontiguousarray(flat), truth, guess, top_y, ceiling)
+    hidden = None
+    if case.droplets:
+        plain = draw_still(body, replace(light, droplets=0.0), size, rng)
+        hidden = np.abs(still.transmission - plain.transmission) > HIDDEN
+    return Frame(np.ascontiguousarray(flat), truth, guess, top_y, ceiling, hidden)
 
 
 def _light(case: Case, body: StillBody, top_y: float, rng: np.random.Generator) -> StillLight:

@@ -42,9 +42,9 @@ the edge counts there too). *Failures* have no number or are off by more than 5 
 ok*: called ok with an error beyond five stated uncertainties and 0.1 px. *Pull* is the standard deviation of error over
 stated uncertainty. The recipes of the peers are in `wentry_cli/bench/outline_peers.py`.
 
-Droplets are drawn until their chords add up to the share that names the case; with their blurred rims they spoil 31,
-44 and 53 % of the edge. Who was told which pixels are spoilt would reach 1.3, 1.6 and 2.0 × the unoccluded bound: that
-is the limit of these three cases, not 1."""
+Droplets are drawn until their chords add up to the share that names the case; their blurred rims spoil more of the edge
+than that. *Told what is hidden* is our fit with the pixels masked that droplets change: of frames with so many, that is
+the limit, and not 1, for who has to find them out."""
 NOTES = {
     "contours": CONTOURS,
     "separation": """\
