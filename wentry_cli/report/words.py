@@ -4,7 +4,7 @@ MEANINGS = {
     "ok": "measured: every cell of the row is filled, but those that docs/tables.md lets be empty",
     "no_object": "no sphere was found in the frame",
     "no_edge": "the outline could not be located",
-    "short_arc": "too little of the outline is visible",
+    "short_arc": "too little of the outline can be measured, for none is across the water surface",
     "occluded": "splash, cavity or something else hides the sphere",
     "out_of_frame": "the sphere leaves the image",
     "poor_fit": "the shape does not follow the outline, or the frame lies off the course that its neighbours tell",
