@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -48,6 +49,10 @@ class Clip:
     def unreadable(self) -> tuple[tuple[int, str], ...]:
         """The frames that cannot be read, each with its status."""
         return tuple(sorted(self._bad.items()))
+
+    def leave_out(self, frames: Iterable[int]) -> None:
+        """Count frames as missing from now on."""
+        self._bad |= {frame: "gap" for frame in frames if frame not in self._bad}
 
     def read(self, index: int, region: tuple[int, int, int, int] | None = None) -> NDArray[Any]:
         """Raw grey levels of a frame or of a region of it."""

@@ -1,8 +1,9 @@
-"""What is done where a recording lost frames without telling: it is said, and frames with a wrong time are left out."""
+"""What is done where frames are lost without a gap, or gaps lose none: it is said, and wrong times are left out."""
 
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -11,11 +12,14 @@ from numpy.typing import NDArray
 
 from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.tracking.held import since
+from wentry_cli.tracking.idle_clock import IdleClock, idle_times
 from wentry_cli.tracking.lost_frames import LostFrames, lost_in_fall, lost_in_water
+from wentry_cli.tracking.seed import detect
 from wentry_cli.tracking.sighting import Sighting
 
 if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
+    from wentry_cli.imaging.background import Background
 
 Array = NDArray[np.float64]
 UNEVEN = 0.01
@@ -42,6 +46,42 @@ def without_lost_time(
     _tell(drop, in_water, "until then all times after it are too early")
     first = in_air[-1].after if in_air else 0
     return [item._replace(status="gap") if item.ok and item.frame < first else item for item in sightings]
+
+
+def without_idle_time(drop: Drop, clip: Clip, ground: Background, radius_range: tuple[float, float]) -> None:
+    """Leave out of ``clip`` the frames of a fall before a time that the clock tells and the sphere does not take.
+
+    As with lost frames, the clock starts at impact: the times before it are wrong, those after it are not.
+    """
+
+    def row_of(frame: int) -> float:
+        seen = detect(clip, frame, ground, radius_range)
+        return seen[0].y if seen else math.nan
+
+    bad = {frame for frame, _ in clip.unreadable}
+    idle = idle_times([frame for frame in range(clip.count) if frame not in bad], clip.time_s, row_of)
+    _tell_idle(drop, idle, "what was seen before that is left out")
+    if idle:
+        clip.leave_out(range(idle[-1].after))
+
+
+def tell_idle_below(drop: Drop, clip: Clip, sightings: Sequence[Sighting]) -> None:
+    """Warn of times below the surface that the clock tells and the sphere does not take."""
+    row = {item.frame: item.fit.center_y_px for item in sightings if item.ok and item.wet and item.fit is not None}
+    idle = idle_times(sorted(row), clip.time_s, row.__getitem__)
+    _tell_idle(drop, idle, "until then all times after it are too late")
+
+
+def _tell_idle(drop: Drop, idle: Sequence[IdleClock], until_then: str) -> None:
+    if not idle:
+        return
+    first = idle[0]
+    others = f", and so in {len(idle) - 1} places after that" if len(idle) > 1 else ""
+    logger.warning(
+        f"{drop.name}: between frames {first.before} and {first.after} the clock tells {first.intervals:.3g} intervals "
+        f"and the sphere moves as far as in one: no frame is missing{others}; number the frames without that gap, or "
+        f"set views.side.fps where the recording's stamps are wrong; {until_then}"
+    )
 
 
 def _path(sightings: Sequence[Sighting]) -> tuple[Array, Array, Array]:

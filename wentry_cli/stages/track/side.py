@@ -19,7 +19,7 @@ from wentry_cli.stages.track.axis import NO_AXIS, assumed_axis, checked_axis
 from wentry_cli.stages.track.below import warn_where_lost_below
 from wentry_cli.stages.track.exposure import exposure_frames, fitting_level
 from wentry_cli.stages.track.impact import NO_IMPACT, entry_impact
-from wentry_cli.stages.track.lost_frames import without_lost_time
+from wentry_cli.stages.track.lost_frames import tell_idle_below, without_idle_time, without_lost_time
 from wentry_cli.stages.track.plate import measure_plate
 from wentry_cli.stages.track.roundness import oblateness, with_doubted_pixels
 from wentry_cli.stages.track.rows import side_columns
@@ -74,6 +74,8 @@ def measure_side(drop: Drop, clip: Clip, ground: Background, sampled: list[int])
     def fits(path: Path) -> bool:
         return fits_in_air(clip, ground, path, level, exposure)
 
+    if falling:
+        without_idle_time(drop, clip, ground, _radius_range(drop))
     seed = find_seed(clip, ground, sampled, radius_range=_radius_range(drop), falling=falling, fits=fits)
     problem = _no_sphere(drop)
     if seed is None:
@@ -186,6 +188,7 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
         )
     if not problem:
         warn_where_lost_below(drop, clip, sightings, surface.y_px)
+        tell_idle_below(drop, clip, sightings)
     columns = dated(columns, t_s)
     if "ok" not in columns["status"] and not any(item.ok and not item.wet for item in sightings):
         problem = NOT_IN_AIR
