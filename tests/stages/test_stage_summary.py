@@ -155,6 +155,19 @@ def test_a_speed_that_the_height_does_not_explain_is_a_warning(
     assert "high: the impact speed is 5 m/s by measurement and 6.26 m/s by drop" in caplog.text
 
 
+@pytest.mark.parametrize(("factor", "told"), [(1.0, True), (1e6, False)])
+def test_a_speed_of_which_nothing_is_known_is_empty(tmp_path: Path, factor: float, told: bool) -> None:
+    drop = make_drop(material="rigid")
+    run(tmp_path, drop, motion(amplitude=0.0))
+    table = read_table(tmp_path, "kinematics")
+    table["v_c_m_s_unc"] *= factor
+    write_table(tmp_path, "kinematics", table)
+    summary.run(tmp_path, drop)
+    row = read_table(tmp_path, "summary").iloc[0]
+    assert math.isfinite(row["impact_speed_m_s"]) == math.isfinite(row["impact_speed_m_s_unc"]) == told
+    assert (row["status"] == "ok") == told
+
+
 def test_a_sphere_that_rises_into_the_water_has_no_speed(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     drop = make_drop("up", material="rigid")
     assert run(tmp_path, drop, motion(amplitude=0.0))["status"] == "ok"

@@ -168,7 +168,8 @@ def _status(folder: Path, drop: Drop, row: Row, pinch_off: Row) -> str:
     reasons: list[tuple[Any, str]] = []
     if drop.experiment.kind == "water_entry" and drop.experiment.views.side is not None:
         reasons.append((row["t_p_s"], text(pinch_off, "status") or "no_neck"))
-        reasons.append((row["impact_speed_m_s"], "no_object"))
+        impact_s = number(first_row(folder, "geometry", view="side"), "impact_time_s")
+        reasons.append((row["impact_speed_m_s"], "not_identified" if math.isfinite(impact_s) else "no_object"))
         if row["seal_type"] == "deep_seal":
             reasons.append((row["diameter_eff_m"], "not_identified"))
         if drop.experiment.deformable:

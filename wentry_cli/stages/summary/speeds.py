@@ -65,7 +65,8 @@ def impact_speed_alone(folder: Path, drop: Drop) -> Speeds:
     side = read_table(folder, "side")
     speed, unc = _speed_of_fall(side, "y_b_m", folder, drop)
     unc = math.hypot(unc, _doubted_fall(speed, folder, drop))
-    return Speeds(speed, math.hypot(unc, speed * air), math.nan, math.nan, math.nan, math.nan, "")
+    speed, unc = _if_known(speed, math.hypot(unc, speed * air))
+    return Speeds(speed, unc, math.nan, math.nan, math.nan, math.nan, "")
 
 
 def _speed_of_fall(table: pd.DataFrame, height: str, folder: Path, drop: Drop) -> tuple[float, float]:
@@ -81,6 +82,11 @@ def _speed_of_fall(table: pd.DataFrame, height: str, folder: Path, drop: Drop) -
         experiment.sphere.density or 1000.0,
     )
     return fall_speed(column(table, "t_s"), column(table, height), unc, fall, released(geometry))
+
+
+def _if_known(speed: float, unc: float) -> tuple[float, float]:
+    """A speed and its uncertainty, NaN where that is as great as the speed: then nothing is known of it."""
+    return (speed, unc) if unc < abs(speed) else (math.nan, math.nan)
 
 
 def _doubted_fall(speed: float, folder: Path, drop: Drop) -> float:
@@ -136,7 +142,7 @@ def _speeds_from(table: pd.DataFrame, folder: Path, source: str, drop: Drop) -> 
     late = number(first_row(folder, "geometry", view="side"), "impact_time_s_unc", 0.0)
     impact = -velocity
     noise = math.hypot(noise, late * drop.experiment.gravity_m_s2, _doubted_fall(impact, folder, drop))
-    impact_unc = math.hypot(noise, impact * air)
+    impact, impact_unc = _if_known(impact, math.hypot(noise, impact * air))
     period = first_row(folder, "periods")
     end, end_unc = number(period, "t_end_s"), number(period, "t_end_s_unc", 0.0)
     after = after_unc = loss = loss_unc = math.nan
