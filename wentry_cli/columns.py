@@ -175,7 +175,7 @@ bond | 1 | float | ρ_w g D²/σ | no water
 reynolds | 1 | float ± | ρ_w U₀ D/μ | no water, or impact_speed_m_s empty
 stiffness_ratio | 1 | float ± | G∞/(ρ_w U₀²) | rigid sphere, no water, or impact_speed_m_s empty
 period_s | s | float ± | free period, first to second peak | rigid sphere, free flight
-time_ratio | 1 | float | T_exp/T_model | rigid sphere, free flight, or no model
+time_ratio | 1 | float | T_exp/T_model | rigid sphere, free flight, no model, or not told by λ (status of model_fit.csv)
 stretch_peak_1 | 1 | float ± | λ_p1 | rigid sphere, free flight, or fewer periods
 stretch_peak_2 | 1 | float ± | λ_p2 | rigid sphere, free flight, or fewer periods
 stretch_peak_3 | 1 | float ± | λ_p3 | rigid sphere, free flight, or fewer periods
@@ -183,7 +183,7 @@ stretch_peak_4 | 1 | float ± | λ_p4 | rigid sphere, free flight, or fewer peri
 stretch_peak_5 | 1 | float ± | λ_p5 | rigid sphere, free flight, or fewer periods
 t_p_s | s | float ± | time of pinch-off after impact | no side view, no water
 y_p_m | m | float | height of pinch-off | where t_p_s is
-± | set by hand
+± | where y_p_m is
 pinch_off_cavity | 1 | int | N of the cavity that pinches off | rigid sphere, seal not deep_seal, or t_p_s empty
 pinch_off_cavity_source | – | text | measured, or counted beyond the last period seen | where pinch_off_cavity is
 seal_type | – | text | deep_seal, surface_seal or sphere_seal | where t_p_s is

@@ -62,6 +62,18 @@ def test_a_failed_test_keeps_the_good_row(tmp_path, wentry):
     assert len(read_table(tmp_path / "r", "compression")) == 40
 
 
+@pytest.mark.parametrize("drops", [False, True])
+def test_what_comes_next_begins_with_the_fit_of_the_drops_that_are_there(tmp_path, wentry, drops):
+    results = tmp_path / "r"
+    if drops:
+        (results / "a").mkdir(parents=True)
+        (results / "a" / "drop.json").write_text("{}", encoding="utf-8")
+    done = wentry(
+        "calibrate", "compression", write_test(tmp_path / "test.csv"), "--diameter-m", "0.051", "-o", results
+    )  # fmt: skip
+    assert (f"next: wentry fit {results}, then wentry report {results} draws the test" in done.err) == drops
+
+
 def test_a_test_alone_has_a_report_which_a_new_test_renews(tmp_path, wentry):
     results = tmp_path / "r"
     words = ("--diameter-m", "0.051", "-o", results)

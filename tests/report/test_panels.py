@@ -327,6 +327,20 @@ def test_a_ratio_of_periods_that_is_not_known_is_said_and_the_model_drawn(tmp_pa
     assert all("nan" not in p.caption for p in panels if isinstance(p, Panel))
 
 
+def test_a_sheet_without_a_ratio_of_periods_has_no_time_scaled_model(tmp_path: Path) -> None:
+    campaign = read_campaign(tmp_path, write_campaign(tmp_path, (CAMPAIGN[1],)))
+    (drop,) = campaign.drops
+    tables = {**drop.tables, "model_fit": drop.table("model_fit").assign(time_ratio=math.nan),
+              "model": drop.table("model").assign(t_scaled_s=math.nan)}  # fmt: skip
+    known, unknown = (drop_sheets(replace(campaign, drops=(one,)))[0] for one in (drop, replace(drop, tables=tables)))
+    assert isinstance(known, Panel)
+    assert isinstance(unknown, Panel)
+    assert "time-scaled model" in known.caption
+    assert "time-scaled model" not in unknown.caption
+    assert "T_exp/T_model is not known" in unknown.caption
+    assert set(known.data["series"]) - set(unknown.data["series"]) == {"model, time scaled", "model stretch"}
+
+
 def test_intercept_in_seconds_is_drawn_in_milliseconds(tmp_path: Path) -> None:
     from wentry_cli.report.fits import fit_rows
 

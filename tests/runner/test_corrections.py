@@ -12,7 +12,7 @@ from wentry_cli.config.campaign import Drop, read_drop
 from wentry_cli.config.corrections import FrameCorrection
 from wentry_cli.errors import ConfigurationError
 from wentry_cli.pipeline import STAGES
-from wentry_cli.runner.corrections import correct_frames
+from wentry_cli.runner.corrections import apply_corrections, correct_frames
 from wentry_cli.runner.in_clip import check_before, check_heights, check_times
 from wentry_cli.tables import new_table, read_table, write_table
 
@@ -53,6 +53,7 @@ STAGE = {stage.name: stage for stage in STAGES}
         ("events:\n- {event: impact, time_s: 0, index: 2}\n", "index has no meaning for impact"),
         ("events:\n- {event: pinch_off, t_s: -3}\n", "2:22: error: events.0.t_s: must be at least 0 s, not -3"),
         ("events:\n- {event: pinch_off, t_s: 0.1, y_m: 0.1, value: deep_seal}\n", "y_m is negative, not 0.1"),
+        ("events:\n- {event: pinch_off, t_s: 0.1, y_m_unc: 0.001}\n", "y_m_unc has no meaning without y_m"),
         ("event: []\n", "unknown key; did you mean events?"),
     ],
 )
@@ -184,3 +185,30 @@ def test_a_separation_line_by_hand_has_an_uncertainty(tmp_path: Path, said: dict
     table = read_table(tmp_path, "side")
     assert table["separation_y_m"].tolist() == [-0.1, -0.2]
     assert table["separation_y_m_unc"].tolist() == pytest.approx([expected, 1e-5])
+
+
+@pytest.mark.parametrize(
+    ("said", "time_unc", "height_unc"),
+    [("", 0.25e-3, 1.0 / 2000.0), (", t_s_unc: 1e-5, y_m_unc: 0.002", 1e-5, 0.002)],
+)
+def test_an_event_by_hand_without_uncertainty_is_good_to_half_a_frame_and_a_pixel(
+    drop: Drop, tmp_path: Path, said: str, time_unc: float, height_unc: float
+) -> None:
+    geometry = {"view": ["side"], "fps": [2000.0], "scale_px_per_m": [2000.0], "radius_px": [50.0]}
+    write_table(tmp_path, "geometry", new_table("geometry", geometry))
+    measured = {"event": ["impact", "pinch_off"], "index": [1, 1], "t_s": [0.0, 0.08], "t_s_unc": 1e-5}
+    write_table(tmp_path, "events", new_table("events", measured | {"y_m": [0.0, -0.1], "status": "ok"}))
+    corrected = _corrected(drop, f"events:\n- {{event: pinch_off, t_s: 0.09, y_m: -0.12{said}}}\n")
+    apply_corrections(tmp_path, STAGE["cavity"], corrected)
+    row = read_table(tmp_path, "events").set_index("event").loc["pinch_off"]
+    assert row[["t_s", "y_m", "status"]].tolist() == [0.09, -0.12, "manual"]
+    assert row[["t_s_unc", "y_m_unc"]].tolist() == pytest.approx([time_unc, height_unc])
+
+
+@pytest.mark.parametrize(("said", "expected"), [("", 0.25e-3), (", t_s_unc: 2e-5", 2e-5)])
+def test_an_impact_by_hand_is_good_to_half_a_frame(drop: Drop, tmp_path: Path, said: str, expected: float) -> None:
+    geometry = {"view": ["side"], "fps": [2000.0], "impact_time_s": [0.02], "impact_time_s_unc": [1e-6]}
+    write_table(tmp_path, "geometry", new_table("geometry", geometry))
+    corrected = _corrected(drop, f"events:\n- {{event: impact, time_s: 0.021{said}}}\n")
+    apply_corrections(tmp_path, STAGE["track"], corrected)
+    assert read_table(tmp_path, "geometry")["impact_time_s_unc"].tolist() == pytest.approx([expected])

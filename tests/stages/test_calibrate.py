@@ -13,6 +13,8 @@ from wentry_cli.errors import ConfigurationError, InputError, TooFewMeasurements
 from wentry_cli.mechanics.calibration import REFERENCE_HARDENING
 from wentry_cli.mechanics.compression import compression_force
 from wentry_cli.mechanics.solver import find_period, solve_oscillation
+from wentry_cli.provenance import digest_of
+from wentry_cli.records import STAGES, write_json
 from wentry_cli.stages.calibrate import calibrate_impact, why_unused
 from wentry_cli.stages.calibrate.compression import calibrate_compression, doubt_of, read_compression
 from wentry_cli.stages.model import sphere_material
@@ -62,7 +64,16 @@ def test_three_heights_recover_the_flow(tmp_path):
     assert abs(row["eps0_dot_1_s"] - truth.eps0_dot_1_s) < 4 * row["eps0_dot_1_s_unc"]
     assert row["g_inf_pa"] == truth.g_inf_pa
     assert 0.98 < row["correlation"] < 1.0
-    used = table_1([drop.with_calibration(tmp_path) for drop in drops])
+    write_json(
+        tmp_path / "h0" / STAGES, {"model": {"fingerprint": {"material": digest_of(truth.model_dump(mode="json"))}}}
+    )
+    waiting = table_1(tmp_path, [drop.with_calibration(tmp_path) for drop in drops])
+    assert waiting["source"].tolist() == ["materials.csv (impact), not yet fitted with", truth.source]
+    by_hand = drops[0].with_calibration(tmp_path).material
+    write_json(
+        tmp_path / "h0" / STAGES, {"model": {"fingerprint": {"material": digest_of(by_hand.model_dump(mode="json"))}}}
+    )
+    used = table_1(tmp_path, [drop.with_calibration(tmp_path) for drop in drops])
     assert used["source"].tolist() == ["materials.csv (impact)", truth.source]
     assert used["n"].tolist() == pytest.approx([row["n"], truth.n])
     again = drops[0].with_calibration(tmp_path).material

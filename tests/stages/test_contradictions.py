@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import yaml
 
 from tests.stages.rendered import change, measure, render
+from tests.synthetic.drops import SOFT
 from wentry_cli.config.campaign import read_drop
 from wentry_cli.stages import stretch
 from wentry_cli.tables import read_table
@@ -34,6 +36,29 @@ def test_a_sphere_that_deforms_is_not_rigid(soft: Path, tmp_path: Path) -> None:
         path.write_text(text, encoding="utf-8")
     assert error is not None
     assert "sphere.material is rigid, but below the surface its stretch reaches 1." in str(error)
+
+
+@pytest.mark.parametrize(
+    ("deforms", "switches"), [(True, {}), (False, {"misfit": [0.01, -0.005], "wet_scale": 1.05, "droplets": 60})]
+)
+def test_a_sphere_that_deforms_a_little_is_told_and_a_rigid_one_is_not(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, deforms: bool, switches: dict[str, Any]
+) -> None:
+    """Of the small stretch most frames pass for those of a rigid sphere of another size."""
+    sphere: dict[str, Any] = {"diameter_m": 0.051, "material": "dragonskin_6p70_small", "law": SOFT}
+    if not deforms:
+        sphere = {"diameter_m": 0.051, "material": "rigid"}
+    clip = {"before_s": 0.008, "longest_s": 0.07}
+    drop = render(tmp_path / "drop", sphere=sphere, height_m=0.2, clip=clip, switches=switches)
+    path = drop / "experiment.yaml"
+    said = yaml.safe_load(path.read_text(encoding="utf-8"))
+    said["sphere"]["material"] = "rigid"
+    path.write_text(yaml.safe_dump(said), encoding="utf-8")
+    _, error = measure(drop, tmp_path / "out")
+    assert error is None
+    told = [text for text in caplog.messages if "sphere.material is rigid, but below the surface its stretch" in text]
+    assert len(told) == deforms
+    assert all(text.startswith("drop: ") and "name its material" in text for text in told)
 
 
 def test_a_top_view_at_the_wrong_time_is_told(soft: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

@@ -171,6 +171,29 @@ def test_a_flow_in_the_wrong_unit_is_told(tmp_path, caplog, tau0_pa, told):
     )
 
 
+@pytest.mark.parametrize(
+    ("stiffer", "kind", "told"),
+    [
+        (1.0, "water_entry", ""),
+        (8.6, "water_entry", "time_ratio is 3.67, outside 0.7 to 2.5, where about 1.14 to 1.5 is expected"),
+        (
+            8.6,
+            "surface_impact",
+            "where about 1 is expected: G∞ goes as 1/time_ratio², so that 0.074 times the g_inf_pa",
+        ),
+        (15.0, "water_entry", "no time_ratio (not_identified): λ does not tell it between 0.4 and 4"),
+    ],
+)
+def test_a_modulus_that_no_period_agrees_with_is_told(tmp_path, caplog, stiffer, kind, told):
+    """Both networks are stiffer, and flow as before: the model rings faster by the root of it."""
+    write_inputs(tmp_path)
+    drop = make_drop(tmp_path, kind=kind)
+    scaled = {key: stiffer * getattr(drop.material, key) for key in ("g_inf_pa", "g_t_pa", "tau0_pa")}
+    scaled["eps0_dot_1_s"] = stiffer**0.5 * drop.material.eps0_dot_1_s
+    model.run(tmp_path, dataclasses.replace(drop, material=drop.material.model_copy(update=scaled)))
+    assert [told in text and "check g_inf_pa (Pa)" in text for text in caplog.messages] == ([True] if told else [])
+
+
 def test_packaged_materials_are_table_1():
     known = read_materials(packaged_config("materials.yaml"))
     assert len(known) == 6

@@ -61,4 +61,4 @@ def test_a_sphere_of_unknown_size_is_left_as_it_was_seen() -> None:
     seen = [item._replace(wet=True) for item in found.dry]
     found.plan.pilot = seen[:5]
     assert found.settle(seen, NO_RADIUS) == seen
-    assert found.deformation(NO_RADIUS) == 0.0
+    assert found.deformation(seen, NO_RADIUS) is None

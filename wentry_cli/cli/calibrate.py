@@ -81,6 +81,7 @@ def compression(
 ) -> None:
     """Fit G∞ to the force-displacement test in CSV (header force_N and displacement_m or displacement_mm)."""
     from wentry_cli.cli.console import show_json
+    from wentry_cli.records import DROP
     from wentry_cli.runner import commands
     from wentry_cli.stages.calibrate import compression as calibrate
     from wentry_cli.stages.calibrate.rows import rows_of
@@ -112,7 +113,8 @@ def compression(
     (row,) = rows_of(results, "compression", [material])
     _show_rows([row | {"zero_m": fit.zero_offset_m, "zero_m_unc": fit.zero_offset_m_unc}], as_json, quiet)
     if not quiet:
-        click.echo(f"{results / 'materials.csv'}; wentry report {results} draws the test", err=True)
+        first = f"next: wentry fit {results}, then " if any(results.glob(f"*/{DROP}")) else ""
+        click.echo(f"{results / 'materials.csv'}; {first}wentry report {results} draws the test", err=True)
 
 
 Uses = dict[str, dict[str, str | None]]

@@ -73,8 +73,9 @@ class EventCorrection(Part):
     index: Which = 1
     time_s: Number | None = None
     t_s: AfterImpact | None = None
-    t_s_unc: TimeUncertainty = 0.0
+    t_s_unc: TimeUncertainty | None = None
     y_m: Level | None = None
+    y_m_unc: LevelUncertainty | None = None
     value: Literal["deep_seal", "surface_seal", "sphere_seal"] | None = None
 
     @model_validator(mode="after")
@@ -82,11 +83,13 @@ class EventCorrection(Part):
         wanted = "time_s" if self.event == "impact" else "t_s"
         if getattr(self, wanted) is None:
             raise ValueError(f"{wanted} is needed for {self.event}")
-        unused: tuple[str, ...] = ("t_s", "y_m", "value") if self.event == "impact" else ("time_s",)
+        unused: tuple[str, ...] = ("t_s", "y_m", "y_m_unc", "value") if self.event == "impact" else ("time_s",)
         unused += () if self.event in ("impact", "pinch_off") else ("value",)
         given = [name for name in unused if getattr(self, name) is not None]
         if given:
             raise ValueError(f"{given[0]} has no meaning for {self.event}; remove it")
+        if self.y_m_unc is not None and self.y_m is None:
+            raise ValueError("y_m_unc has no meaning without y_m; give both or neither")
         if self.event == "impact" and self.index > 1:
             raise ValueError("index has no meaning for impact: there is but one; remove it")
         if self.value == "deep_seal" and self.y_m is not None and self.y_m >= 0:

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 
-from wentry_cli.report.campaign import Campaign, DropResults
+from wentry_cli.report.campaign import Campaign, DropResults, as_number
 from wentry_cli.report.curves import measured
 from wentry_cli.report.legends import legend_above
 from wentry_cli.report.names import file_stem
@@ -79,7 +79,9 @@ def _caption(drop: DropResults, shown: dict[str, set[str]], pinch_off: bool) -> 
         )
     if "velocity" in shown:
         caption += " Bands: standard uncertainty, no curve where it exceeds the axis."
-    if not drop.table("kinematics_model").empty:
+    if modelled and not _is_scaled(drop):
+        caption += " The time of the model is not scaled: T_exp/T_model is not known."
+    elif not drop.table("kinematics_model").empty:
         caption += " Black: from the measured stretch; orange: the paper's route, from the time-scaled model."
     return caption + (" Dotted: pinch-off." if pinch_off else "")
 
@@ -134,9 +136,15 @@ def _draw_stretch(ax: Axes, data: pd.DataFrame, width_in: float) -> None:
     legend_above(ax, width_in=width_in)
 
 
+def _is_scaled(drop: DropResults) -> bool:
+    """Whether the time of the model could be scaled: without a ratio its motion is not that of a model anywhere."""
+    return bool(drop.table("model_fit")["time_ratio"].map(as_number).notna().any())
+
+
 def _motion(drop: DropResults, column: str) -> pd.DataFrame:
     tables = []
-    for series, name in (("measured stretch", "kinematics"), ("model stretch", "kinematics_model")):
+    sources = {"measured stretch": "kinematics"} | ({"model stretch": "kinematics_model"} if _is_scaled(drop) else {})
+    for series, name in sources.items():
         found = measured(drop.table(name), ["t_s", column, f"{column}_unc"])
         table = pd.DataFrame({"t_ms": 1e3 * found["t_s"], "value": found[column], "value_unc": found[f"{column}_unc"]})
         tables.append(table.assign(series=series))

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wentry_cli.config.campaign import Drop
-from wentry_cli.config.corrections import CORRECTIONS, Corrections, FrameCorrection
+from wentry_cli.config.corrections import CORRECTIONS, Corrections, EventCorrection, FrameCorrection
 from wentry_cli.errors import TooFewMeasurementsError
 from wentry_cli.pipeline import Stage
 from wentry_cli.runner.in_clip import check_heights
@@ -42,13 +42,18 @@ def _shift_impact(folder: Path, corrections: Corrections) -> None:
         return
     geometry = read_table(folder, "geometry")
     before = geometry["impact_time_s"].fillna(0.0).iloc[0]
-    geometry["impact_time_s"], geometry["impact_time_s_unc"] = impact.time_s, impact.t_s_unc
+    geometry["impact_time_s"], geometry["impact_time_s_unc"] = impact.time_s, _time_unc(geometry, impact)
     write_table(folder, "geometry", geometry)
     for name in ("side", "top"):
         if has_table(folder, name):
             frame = read_table(folder, name)
             frame["t_s"] += before - impact.time_s
             write_table(folder, name, frame)
+
+
+def _time_unc(geometry: pd.DataFrame, event: EventCorrection) -> float:
+    """How well a person sees when something happens where it is not said: half the time between two frames."""
+    return 0.5 / float(geometry["fps"].iloc[0]) if event.t_s_unc is None else event.t_s_unc
 
 
 def correct_frames(folder: Path, correction: FrameCorrection) -> None:
@@ -92,15 +97,18 @@ def _count_left(folder: Path, drop: Drop) -> None:
 
 def _correct_events(folder: Path, corrections: Corrections) -> None:
     by_hand = [event for event in corrections.events if event.event != "impact"]
-    frame = read_table(folder, "events")
+    if not corrections.events:
+        return
+    frame, geometry = read_table(folder, "events"), read_table(folder, "geometry")
     for event in by_hand:
-        row: dict[str, Any] = {"event": event.event, "index": event.index, "t_s": event.t_s, "t_s_unc": event.t_s_unc}
-        row |= {"y_m": event.y_m, "value": event.value, "status": "manual"}
+        row: dict[str, Any] = {"event": event.event, "index": event.index, "t_s": event.t_s}
+        row |= {"t_s_unc": _time_unc(geometry, event), "y_m": event.y_m, "value": event.value, "status": "manual"}
+        if event.y_m is not None:
+            row["y_m_unc"] = event.y_m_unc or _by_eye(folder, "side")["y_b_m"]
         frame = _replaced(frame, row)
     if corrections.impact is not None:
         frame.loc[frame["event"] == "impact", "status"] = "manual"
-    if corrections.events:
-        write_table(folder, "events", frame)
+    write_table(folder, "events", frame)
 
 
 def _replaced(frame: pd.DataFrame, row: dict[str, Any]) -> pd.DataFrame:

@@ -19,9 +19,9 @@ from wentry_cli.config import campaign
 from wentry_cli.errors import ConfigurationError
 from wentry_cli.kinematics.centre import early_shape_time
 from wentry_cli.mechanics.bergstrom_boyce import Material
-from wentry_cli.mechanics.plausibility import doubt_of_flow
+from wentry_cli.mechanics.plausibility import IN_AIR, IN_WATER, doubt_of_flow, doubt_of_ratio
 from wentry_cli.mechanics.solver import solve_oscillation
-from wentry_cli.mechanics.time_scaling import NOT_MEASURED, Measured, TimeScaling, fit_time_scale
+from wentry_cli.mechanics.time_scaling import NOT_MEASURED, RATIO_RANGE, Measured, TimeScaling, fit_time_scale
 from wentry_cli.stages.inputs.columns import column
 from wentry_cli.stages.kinematics import entry_motion, motion_columns
 from wentry_cli.tables import has_table, new_table, read_table, write_table
@@ -50,6 +50,8 @@ def run(folder: Path, drop: campaign.Drop) -> None:
     stretch, periods = read_table(folder, "stretch"), read_table(folder, "periods")
     fit = _fit(material, stretch, periods)
     first = first_peak(periods)
+    if doubt := _doubt_of_scaling(drop, fit, first):
+        logger.warning("%s: %s", drop.name, doubt)
     write_table(folder, "model_fit", _fit_table(fit, first, material, stretch, _doubt_of_period(drop)))
     write_table(folder, "model", _model_table(fit, first, material, stretch))
     if drop.experiment.kind == "water_entry" and has_table(folder, "kinematics"):
@@ -123,6 +125,20 @@ def _fit(material: Material, stretch: pd.DataFrame, periods: pd.DataFrame) -> Ti
         column(stretch, "stretch")[after],
         np.nan_to_num(column(stretch, "stretch_unc")[after], nan=1.0),
         period=first.period,
+    )
+
+
+def _doubt_of_scaling(drop: campaign.Drop, fit: TimeScaling, first: FirstPeak) -> str:
+    """A sentence where the ratio of the periods is missing though there is a peak, or is none that a sphere shows."""
+    if math.isfinite(fit.ratio) or not first.found:
+        return doubt_of_ratio(fit.ratio, IN_WATER if drop.experiment.kind == "water_entry" else IN_AIR)
+    periods = f"the model's period is {1e3 * fit.period_model_s:.3g} ms"
+    if math.isfinite(first.period.value):
+        periods += f", the measured one {1e3 * first.period.value:.3g} ms"
+    why = "λ does not tell it" if fit.status == "not_identified" else "too little of λ was measured"
+    return (
+        f"no time_ratio ({fit.status}): {why} between {RATIO_RANGE[0]:g} and {RATIO_RANGE[1]:g}, so the model is not "
+        f"scaled in time; {periods}: check g_inf_pa (Pa) and its calibration, sphere.diameter_m and fps"
     )
 
 

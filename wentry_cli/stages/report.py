@@ -12,6 +12,8 @@ from wentry_cli.config.campaign import Drop
 from wentry_cli.config.materials import Material, find_material
 from wentry_cli.errors import WentryError
 from wentry_cli.progress import tick
+from wentry_cli.provenance import digest_of
+from wentry_cli.records import STAGES, read_json
 from wentry_cli.report.campaign import Campaign, read_campaign
 from wentry_cli.report.document import write_document
 from wentry_cli.report.drawing import save_panel
@@ -34,7 +36,7 @@ def run(results: Path, drops: list[Drop]) -> None:
     Figures of an earlier report that are not drawn any more are removed. Raises ``InputError`` where ``results`` cannot
     be written.
     """
-    campaign = read_campaign(results, [drop.name for drop in drops], table_1(drops))
+    campaign = read_campaign(results, [drop.name for drop in drops], table_1(results, drops))
     _tell_lacking(campaign)
     made_of_drops = _by_drop(campaign, _opener(drops))
     made = [*campaign_panels(campaign), *made_of_drops]
@@ -68,12 +70,14 @@ def _tell_lacking(campaign: Campaign) -> None:
         )  # fmt: skip
 
 
-def table_1(drops: list[Drop]) -> pd.DataFrame:
+def table_1(results: Path, drops: list[Drop]) -> pd.DataFrame:
     """The materials that the drops use, a row each, in the columns of ``materials.csv``.
 
-    Below a material that was calibrated stands what its file gives: for the paper's spheres, Table 1.
+    Below a material that was calibrated stands what its file gives: for the paper's spheres, Table 1. One that the
+    model of a drop has not used yet says so under ``source``.
     """
     rows: dict[tuple[str, int], dict[str, Any]] = {}
+    waiting: set[tuple[str, int]] = set()
     for drop in drops:
         name, size = drop.experiment.sphere.material or "", drop.experiment.sphere.diameter_m
         for place, material in enumerate((drop.material, _given(drop))):
@@ -81,7 +85,18 @@ def table_1(drops: list[Drop]) -> pd.DataFrame:
                 known = material.model_dump()
                 row = {column: known.get(column) for column in TABLES["materials"].names}
                 rows[name, place] = row | {"material": name, "diameter_m": size}
+        if drop.material is not None and not _fitted_with(results, drop, drop.material):
+            waiting.add((name, 0))
+    for key in waiting:
+        rows[key]["source"] = f"{rows[key]['source'] or 'materials.yaml'}, not yet fitted with"
     return pd.DataFrame.from_records([rows[key] for key in sorted(rows)], columns=TABLES["materials"].names)
+
+
+def _fitted_with(results: Path, drop: Drop, material: Material) -> bool:
+    """Whether the model of a drop was made with this material; also where a drop has none to be made."""
+    model = read_json(results / drop.name / STAGES).get("model")
+    marks = model.get("fingerprint") if isinstance(model, dict) else None
+    return not isinstance(marks, dict) or marks.get("material") == digest_of(material.model_dump(mode="json"))
 
 
 def _given(drop: Drop) -> Material | None:

@@ -28,17 +28,15 @@ from wentry_cli.tracking.sighting import Look, Sighting, sight
 from wentry_cli.tracking.source import Frames
 from wentry_cli.tracking.wet_plan import SideScene
 from wentry_cli.tracking.wet_radius import constrain, pool_sightings
-from wentry_cli.tracking.wet_track import WetTracker
-
-UNKNOWN_WALL = 0.04
+from wentry_cli.tracking.wet_track import UNKNOWN_WALL, WetTracker
 
 
 @dataclass(frozen=True)
 class SideTrack:
     """Sightings in the order of the frames, the pooled radii in px, and how far the sphere is from an ellipse.
 
-    Frames that are missing were never reached. ``deformed`` is the stretch, less 1, of a sphere that was called
-    rigid and is not; 0 where it keeps its shape.
+    Frames that are missing were never reached. ``deformed`` is the most stretched outline, fitted anew, of a
+    sphere that was called rigid and is not; None where it keeps its shape.
     """
 
     sightings: list[Sighting]
@@ -46,7 +44,13 @@ class SideTrack:
     radius_water: PooledRadius
     check: ShapeCheck = NO_CHECK
     mirror: Mirror = NO_MIRROR
-    deformed: float = 0.0
+    deformed: Sighting | None = None
+
+    @property
+    def mostly_lost(self) -> bool:
+        """Whether less than half of the frames below the surface could be measured."""
+        wet = [item for item in self.sightings if item.wet]
+        return sum(item.ok for item in wet) <= 0.5 * len(wet)
 
 
 def track_side(frames: Frames, ground: Background, seed: Path, scene: SideScene) -> SideTrack:
@@ -88,12 +92,8 @@ def track_side(frames: Frames, ground: Background, seed: Path, scene: SideScene)
     held = replace(water, unc=0.0)
     seen = without_unconfirmed(below.look_again(without_rising(below.settle(wet, held), mirror)))
     seen = [doubted_where_hidden(item) for item in constrain(seen, water, wet=True)]
-    deformed = 0.0 if scene.deformable or _mostly_ok(seen) else below.deformation(water)
+    deformed = None if scene.deformable else below.deformation(seen, water)
     return SideTrack([*dry, *seen], air, water, check, mirror, deformed)
-
-
-def _mostly_ok(seen: list[Sighting]) -> bool:
-    return sum(item.ok for item in seen) > 0.5 * len(seen)
 
 
 def _until_contact(plan: Plan, scene: SideScene) -> Plan:

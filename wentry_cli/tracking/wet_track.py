@@ -21,11 +21,15 @@ from wentry_cli.tracking.shape_check import NO_CHECK, ShapeCheck, check_shape, c
 from wentry_cli.tracking.sighting import Sighting
 from wentry_cli.tracking.source import Frames
 from wentry_cli.tracking.wet_plan import SideScene, WetPlan
-from wentry_cli.tracking.wet_radius import constrain, pool_sightings
+from wentry_cli.tracking.wet_radius import LARGEST_GATE, STRETCH_PER_RADIUS, constrain, pool_sightings
 
 PILOT_FRAMES = 24
 HIDDEN_RADII = 12.0
-DEFORMED, LEAST_DEFORMED = 0.03, 3
+# λ − 1 that no rigid sphere shows, that in standard uncertainties, in how many frames, within how many radii of fall
+DEFORMED, CLEARLY, LEAST_DEFORMED, DEFORMS_WITHIN = 0.03, 5.0, 3, 3.0
+ROUND = 0.8  # of the frames must agree with a circle
+RADIUS_KNOWN = 0.01
+UNKNOWN_WALL = 0.04  # by which the radius below the surface may differ where nothing tells it
 FEWEST_FALLING, LEAST_GAIN = 5, 0.005  # frames in air, and share of the speed gained in one, that count as a fall
 BRIGHTER = 0.15  # of the ground: more is not the sphere that fell
 BRIGHTER_FAINT = 0.5  # of its contrast, where that is little
@@ -143,24 +147,32 @@ class WetTracker:
             self.check = check_shape(self.frames, self.ground, self.dry, seen, self.scene.level, shape=self.shape)
         return corrected_radius(pooled, self.check)
 
-    def deformation(self, water: PooledRadius) -> float:
-        """How far λ departs from 1 in the first frames below the surface, were it left free; 0 where it does not.
+    def deformation(self, seen: list[Sighting], water: PooledRadius) -> Sighting | None:
+        """The most stretched outline just below the surface, were λ left free; None where the sphere stays round.
 
-        Without a radius, which λ is relative to, nobody knows: 0.
+        Nothing is fitted anew where most of what was ``seen`` there agrees with a circle, nor without a radius, which
+        λ is relative to; one that circles do not tell to ``RADIUS_KNOWN`` is left free with λ, from that in air on.
+        Droplets may make an outline look stretched: ``LEAST_DEFORMED`` frames must agree.
         """
         if not water.known:
-            return 0.0
+            return None
+        step = max(1, round(DEFORMS_WITHIN * water.value / (PILOT_FRAMES * self.speed))) if self.speed > 0.0 else 1
+        first = self.dry[-1].frame + 1
+        order = range(first, min(first + PILOT_FRAMES * step, self.frames.count), step)
+        if _are_round([item for item in seen if item.frame < order.stop]):
+            return None
+        known = water.unc < RADIUS_KNOWN * water.value
+        if not known and self.good:
+            air = self.good[-1][1].radius_px
+            water = replace(water, value=air, unc=UNKNOWN_WALL * air)
         path = Path(water.value)
         for frame, fit in self.good[-3:]:
             path.add(frame, fit.shape)
         soft = replace(self.scene, deformable=True, radius_water=water)
-        plan = WetPlan(soft, self.frames.shape, known=True)
-        first = self.dry[-1].frame + 1
-        order = range(first, min(first + PILOT_FRAMES, self.frames.count))
-        seen = follow(self.frames, self.ground, path, order, plan, Watch(plan.learn, self._believable))
-        off = [item.fit.stretch - 1.0 for item in seen if item.ok and item.fit is not None]
-        largest = max(off, key=abs, default=0.0)
-        return largest if abs(largest) > DEFORMED and len(off) >= LEAST_DEFORMED else 0.0
+        plan = WetPlan(soft, self.frames.shape, known=known, departure=self.shape.waves)
+        looked = follow(self.frames, self.ground, path, order, plan, Watch(plan.learn, self._believable))
+        clear = [item for item in looked if _is_stretched(item, water)]
+        return max(clear, key=_stretched_by) if len(clear) >= LEAST_DEFORMED else None
 
     def look_again(self, seen: list[Sighting]) -> list[Sighting]:
         """Leave out what the neighbours in time do not explain, and look once more where nothing was measured."""
@@ -195,3 +207,23 @@ class WetTracker:
         reached = {item.frame: item._replace(wet=True) for item in again}
         early = [reached.get(item.frame, Sighting(item.frame, "poor_fit", wet=True)) for item in seen[:start]]
         return constrain([*early, *seen[start:]], water, wet=True)
+
+
+def _are_round(seen: list[Sighting]) -> bool:
+    """Whether the outlines that were fitted with λ = 1 agree with it, most of each and in most frames."""
+    tell = [item for item in seen if item.status not in ("short_arc", "out_of_frame")]
+    agree = [item for item in tell if item.ok and item.fit is not None and item.fit.gated_fraction <= LARGEST_GATE]
+    return len(agree) >= ROUND * len(tell)
+
+
+def _stretched_by(item: Sighting) -> float:
+    return abs(item.fit.stretch - 1.0) if item.fit is not None else 0.0
+
+
+def _is_stretched(item: Sighting, water: PooledRadius) -> bool:
+    """Whether the outline is clearly no circle, whatever the radius is within its uncertainty."""
+    if not item.ok or item.fit is None:
+        return False
+    held = STRETCH_PER_RADIUS * water.unc / water.value if item.free_fit is None else 0.0
+    unc = math.hypot(item.fit.stretch_unc, held)
+    return _stretched_by(item) > max(DEFORMED, CLEARLY * unc)

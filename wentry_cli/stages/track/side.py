@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -31,7 +32,7 @@ from wentry_cli.tracking.held import let_go
 from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.scale import NO_RADIUS
 from wentry_cli.tracking.seed import find_faint_seed, find_seed
-from wentry_cli.tracking.side import track_side
+from wentry_cli.tracking.side import SideTrack, track_side
 from wentry_cli.tracking.sighting import Sighting
 from wentry_cli.tracking.waterline import changes_far_above
 from wentry_cli.tracking.wet_plan import SideScene
@@ -40,6 +41,7 @@ from wentry_cli.tracking.wet_radius import pool_sightings
 if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
 
+logger = logging.getLogger(__name__)
 NO_SPHERE = (
     "no sphere of {} is seen {}: correct {}source, roi_px, rotate, flip or polarity of views.side, or take the clip "
     "from where it is"
@@ -181,11 +183,7 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
     problem = why_no_impact(impact, "surface", drop, clip)
     if not (track.radius_air.known or track.radius_water.known):
         problem = NO_SIZE
-    if track.deformed:
-        problem = (
-            f"sphere.material is rigid, but below the surface its stretch reaches {1.0 + track.deformed:.2f}: name its "
-            "material, which may be one of your own in materials.yaml"
-        )
+    problem = _deformed(drop, track) or problem
     if not problem:
         warn_where_lost_below(drop, clip, sightings, surface.y_px)
         tell_idle_below(drop, clip, sightings)
@@ -194,6 +192,20 @@ def _measure_entry(drop: Drop, clip: Clip, ground: Background, start: tuple[Path
         problem = NOT_IN_AIR
     offset = track.check.stretch_offset
     return SideResult(columns, scales, surface, track.radius_air, impact, problem, offset, checked, released_s)
+
+
+def _deformed(drop: Drop, track: SideTrack) -> str:
+    """Tell of a sphere that was called rigid and is not: a problem where most of it is lost, else a warning."""
+    if track.deformed is None or track.deformed.fit is None:
+        return ""
+    told = (
+        f"sphere.material is rigid, but below the surface its stretch reaches {track.deformed.fit.stretch:.2f} (frame "
+        f"{track.deformed.frame}): name its material, which may be one of your own in materials.yaml"
+    )
+    if track.mostly_lost:
+        return told
+    logger.warning("%s: %s; until then its heights are those of a sphere that it is not", drop.name, told)
+    return ""
 
 
 def _last_column(sightings: Sequence[Sighting], seed: Path) -> float:
