@@ -35,6 +35,7 @@ def test_a_drop_shows_its_views_with_the_rate_that_is_given(wentry: Command, vid
     assert (one["exposure_s"], one["exposure_source"]) == (1e-4, "given")
     shown = wentry("info", video).out
     assert "duplicate_frames:      –  (frames that equal the one before; --duplicates counts them)" in shown
+    assert "duplicate_frames:      0\n" in wentry("info", video, "--duplicates").out
     assert shown.startswith("drop:                  small\nview:                  side\n")
 
 

@@ -465,7 +465,9 @@ def test_the_scaffold_asks_for_what_only_the_user_knows(tmp_path: Path) -> None:
         read_drop("drop", tmp_path)
     given = read_drop("drop", tmp_path, overrides_document(("sphere.diameter_m=0.051",)))
     info = RecordingInfo(tmp_path / "side", "PNG images", 20, 64, 64, 8, None, RATE_UNKNOWN, None)
-    with pytest.raises(ConfigurationError, match=r"side has no frame rate .* set views\.side\.fps"):
+    with pytest.raises(
+        ConfigurationError, match=r"yaml:13:5: error: views\.side\.fps: side has no frame rate .* give that of"
+    ):
         frame_rate(given, "side", info)
 
 

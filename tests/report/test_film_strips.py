@@ -46,8 +46,8 @@ def _yellow_rows(t_s: float, surface: float) -> NDArray[np.float64]:
 @pytest.mark.parametrize("level", [0, 128, 255, "mixed"])
 def test_the_scale_bar_stands_out_from_any_ground(level: int | str) -> None:
     picture = np.full((SIZE, SIZE), 255 if level == "mixed" else level, np.uint8)
-    if level == "mixed":  # half of the bar over black
-        picture[:, 78:] = 0
+    if level == "mixed":  # half of the bar over black, in every corner
+        picture[:, 16:84] = 0
     figure = Figure(figsize=(4.0, 4.0), dpi=100)
     canvas = FigureCanvasAgg(figure)
     shot = Shot(picture, {"t_s": 0.0, "status": "gap"}, Moment(0.0, ""))
@@ -63,6 +63,31 @@ def test_the_scale_bar_stands_out_from_any_ground(level: int | str) -> None:
     assert length.get_text() == "20 mm"
     assert figure.axes[0].bbox.contains(*length.get_window_extent().min)
     assert figure.axes[0].bbox.contains(*length.get_window_extent().max)
+
+
+@pytest.mark.parametrize(("ground", "sphere"), [(255, 0), (0, 255), (180, 90)])
+@pytest.mark.parametrize(
+    ("covered", "right", "low"),
+    [([], True, True), ([(80, 80)], False, True), ([(80, 80), (20, 80)], True, False), ([(80, 20)], True, True)],
+)
+def test_the_scale_bar_keeps_off_the_sphere(
+    ground: int, sphere: int, covered: list[tuple[int, int]], right: bool, low: bool
+) -> None:
+    across, down = np.meshgrid(np.arange(SIZE), np.arange(SIZE))
+    picture = np.full((SIZE, SIZE), ground, np.uint8)
+    for x, y in covered:
+        picture[np.hypot(across - x, down - y) < 19.0] = sphere
+    figure = Figure(figsize=(1.4, 1.8), dpi=100)
+    canvas = FigureCanvasAgg(figure)
+    shot = Shot(picture, {"t_s": 0.0, "status": "gap"}, Moment(0.0, ""))
+    _draw_strip(figure, [shot], (0, 0, SIZE, SIZE), "side", 1000.0, math.nan)
+    canvas.draw()
+    ax = figure.axes[0]
+    (x0, y0), (x1, y1) = ax.transData.inverted().transform(ax.patches[-1].get_window_extent().get_points())
+    assert (0.5 * (x0 + x1) > 50.0, 0.5 * (y0 + y1) > 50.0) == (right, low)
+    (length,) = ax.texts
+    for corner in (length.get_window_extent().min, length.get_window_extent().max):
+        assert ax.bbox.contains(*corner)
 
 
 @pytest.mark.parametrize(
