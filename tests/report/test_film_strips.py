@@ -15,9 +15,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from wentry_cli.report.campaign import read_campaign
+from wentry_cli.report.drop_sheets import drop_sheets
 from wentry_cli.report.film_strips import _draw_strip, film_strips
 from wentry_cli.report.moments import Moment
-from wentry_cli.report.panel import Panel
+from wentry_cli.report.panel import NotDrawn, Panel
 from wentry_cli.report.strip_frames import Shot, _region
 from wentry_cli.stages.ingest import open_view
 
@@ -112,6 +113,23 @@ def test_the_caption_of_a_strip_says_how_its_greys_are_stretched(tmp_path: Path)
     side, _ = film_strips(drop, lambda name, view: open_view(configuration, view).recording)
     assert isinstance(side, Panel)
     assert "Grey levels 40 to 200 of the recording" in side.caption
+
+
+def test_a_drop_that_was_not_tracked_has_no_sheet_and_its_strip_says_so(tmp_path: Path) -> None:
+    made = Made("plate", kind="surface_impact")
+    campaign = read_campaign(tmp_path, write_campaign(tmp_path, (made,)))
+    (drop,) = campaign.drops
+    film(tmp_path / "videos", made)
+    (configuration,) = configured(tmp_path / "videos", (made,))
+    for error, told in (("", False), ("plate: no plate was found", True)):
+        failed = replace(drop, stages={"track": {"error": error} if error else {}})
+        (sheet,) = drop_sheets(replace(campaign, drops=(failed,)))
+        assert isinstance(sheet, NotDrawn) is told
+        (strip, *_) = film_strips(failed, lambda name, view: open_view(configuration, view).recording)
+        assert isinstance(strip, Panel)
+        assert ("could not be tracked (no plate was found): what is drawn is no measurement" in strip.caption) is told
+        if isinstance(sheet, NotDrawn):
+            assert sheet.reason == "it could not be tracked: no plate was found"
 
 
 def test_the_region_of_a_strip_holds_every_outline_that_is_drawn(tmp_path: Path) -> None:

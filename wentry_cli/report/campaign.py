@@ -65,6 +65,12 @@ class DropResults:
         return self.kind == "water_entry" and not self.rigid
 
     @property
+    def track_failure(self) -> str:
+        """Why the stage track failed, without the drop's name; empty where it did not."""
+        entry = self.stages.get("track")
+        return as_text(entry.get("error")).removeprefix(f"{self.name}: ") if isinstance(entry, Mapping) else ""
+
+    @property
     def seal(self) -> str:
         """Seal type, empty where there is none."""
         return self.text("seal_type")

@@ -91,6 +91,8 @@ def _panel(drop: DropResults, view: str, strip: Strip) -> Panel:
         else ""
     )
     caption += f" Grey levels {strip.black:.0f} to {strip.white:.0f} of the recording are drawn from black to white."
+    if drop.track_failure:
+        caption += f" The drop could not be tracked ({drop.track_failure}): what is drawn is no measurement."
     stem = f"strip_{view}_{file_stem(drop.name)}"
     return Panel("film strip", stem, f"{drop.name}, {view} view", caption, data, draw, (WIDTH_IN, height), drop.name)
 
