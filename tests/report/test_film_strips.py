@@ -69,7 +69,13 @@ def test_the_scale_bar_stands_out_from_any_ground(level: int | str) -> None:
 @pytest.mark.parametrize(("ground", "sphere"), [(255, 0), (0, 255), (180, 90)])
 @pytest.mark.parametrize(
     ("covered", "right", "low"),
-    [([], True, True), ([(80, 80)], False, True), ([(80, 80), (20, 80)], True, False), ([(80, 20)], True, True)],
+    [
+        ([], True, True),
+        ([(80, 80)], False, True),
+        ([(80, 80), (20, 80)], True, False),
+        ([(80, 20)], True, True),
+        ([(50, 82)], False, False),
+    ],
 )
 def test_the_scale_bar_keeps_off_the_sphere(
     ground: int, sphere: int, covered: list[tuple[int, int]], right: bool, low: bool

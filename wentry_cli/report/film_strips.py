@@ -36,6 +36,7 @@ WIDTH_IN = WIDE_SIZE[0]
 TITLE_IN = 0.4  # inches above the pictures, three lines
 EDGE_PT = 0.6  # points, round the scale bar
 TEXT_PT = 8.0  # points that its length takes above it
+TEXT_ASPECT = 2.6  # and how much wider that is than high
 UNLIKE = 48.0  # levels of 255 from those at the rim of a picture: no ground
 SIDE_COLUMNS = ["center_x_px", "center_y_px", "radius_px", "stretch", "tilt_deg", "bottom_y_px", "bottom_local_y_px",
                 "separation_y_px", "status"]  # fmt: skip
@@ -215,11 +216,12 @@ def _place_of_bar(
     x0, y0, x1, y1 = region
     width, thick, text = size
     room, shrink = 0.06 * (x1 - x0), picture.shape[1] / (x1 - x0)
+    reach = max(width, TEXT_ASPECT * text)
     rim = np.median(np.concatenate([picture[0], picture[-1], picture[:, 0], picture[:, -1]]))
     found: list[tuple[float, float, float, bool]] = []
     for top in (y1 - room - thick, y0 + room + text):
-        for left in (x1 - room - width, x0 + room):
-            edges = np.array([left - x0, left + width - x0, top - text - y0, top + thick - y0]) * shrink
+        for left, start in ((x1 - room - width, x1 - room - reach), (x0 + room, x0 + room)):
+            edges = np.array([start - x0, start + reach - x0, top - text - y0, top + thick - y0]) * shrink
             first, last, upper, lower = np.maximum(edges, 0.0).astype(int)
             below = picture[upper : lower + 1, first : last + 1]
             busy = float((np.abs(below - rim) > UNLIKE).mean())
