@@ -74,7 +74,7 @@ def test_the_scale_bar_stands_out_from_any_ground(level: int | str) -> None:
         ([(80, 80)], False, True),
         ([(80, 80), (20, 80)], True, False),
         ([(80, 20)], True, True),
-        ([(50, 82)], False, False),
+        ([(50, 82)], True, False),
     ],
 )
 def test_the_scale_bar_keeps_off_the_sphere(
