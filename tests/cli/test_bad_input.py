@@ -182,6 +182,16 @@ def test_no_frame_rate(wentry: Command, video: Path, tmp_path: Path) -> None:
     assert not list((tmp_path / "r").rglob("*.csv"))
 
 
+def test_a_missing_frame_rate_of_each_view_has_its_place_and_its_drop(wentry: Command, video: Path) -> None:
+    shutil.copytree(video / "side", video / "top")
+    _edit(video, "fps: 1000.0", "fps: from_header")
+    _edit(video, "views:", "views:\n  top: {source: top}")
+    lines = [line for line in wentry("check", video).err.splitlines() if "fps" in line]
+    assert [line.split(" ")[:2] for line in lines] == [
+        ["small:", f"{video / 'experiment.yaml'}:{place}:"] for place in ("15:5", "12:3")
+    ]
+
+
 def test_corrections_that_the_clip_cannot_have(wentry: Command, video: Path, tmp_path: Path) -> None:
     """`check` tells what `process` would; what was excluded is missing, and too much of it is exit 5."""
     corrections = video / "corrections.yaml"

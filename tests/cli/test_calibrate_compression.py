@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from wentry_cli.mechanics.compression import compression_force
+from wentry_cli.stages.calibrate.rows import fitted_numbers
 from wentry_cli.tables import read_table
 
 
@@ -48,7 +49,9 @@ def test_a_failed_test_keeps_the_good_row(tmp_path, wentry):
     done = wentry("calibrate", "compression", write_test(tmp_path / "good.csv"), *words)
     assert done.code == 0
     assert "left out for want of two finite numbers: line 42" in done.err
-    assert re.match(r"soft g_inf_pa 6900 ± \S+ \(95 %: \S+ to \S+\), zero_m \S+ ± \S+ \(ok\)$", done.out)
+    told = re.match(r"soft g_inf_pa (\S+) ± \S+ \(95 %: \S+ to \S+\), zero_m \S+ ± \S+ \(ok\)$", done.out)
+    assert told
+    assert float(told.group(1)) == pytest.approx(6900.0)
     before = (tmp_path / "r" / "materials.csv").read_bytes()
     curve = read_table(tmp_path / "r", "compression")
     assert len(curve) == 40
@@ -99,3 +102,13 @@ def test_the_curve_of_a_sphere_replaces_its_earlier_one(tmp_path, wentry):
         words = ("--diameter-m", "0.051", "--material", material, "-o", tmp_path / "r")
         assert wentry("calibrate", "compression", write_test(tmp_path / "test.csv"), *words).code == 0
     assert read_table(tmp_path / "r", "compression")["material"].tolist() == ["hard"] * 40 + ["soft"] * 40
+
+
+def test_numbers_are_told_to_the_digits_of_their_uncertainty():
+    row = {"g_inf_pa": 59365.3, "g_inf_pa_unc": 741.2, "g_inf_low_pa": 57861.2, "g_inf_high_pa": 60869.4}
+    row |= {"n": -0.1934, "n_unc": 0.0123, "n_low": None, "n_high": None, "zero_m": None}
+    assert fitted_numbers(row) == "g_inf_pa 59370 ± 740 (95 %: 57860 to 60870), n −0.193 ± 0.012"
+
+
+def test_no_summary_of_a_command_is_cut(wentry):
+    assert "..." not in wentry("calibrate", "--help").out.partition("Commands:")[2]

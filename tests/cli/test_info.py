@@ -35,6 +35,7 @@ def test_a_drop_shows_its_views_with_the_rate_that_is_given(wentry: Command, vid
     assert (one["exposure_s"], one["exposure_source"]) == (1e-4, "given")
     shown = wentry("info", video).out
     assert "duplicate_frames:      –  (frames that equal the one before; --duplicates counts them)" in shown
+    assert "duplicate_frames:      0\n" in wentry("info", video, "--duplicates").out
     assert shown.startswith("drop:                  small\nview:                  side\n")
 
 
@@ -118,3 +119,10 @@ def test_init_says_what_it_could_not_name(
     *told, closing = wentry("init", tmp_path / "drop").err.splitlines()
     assert [line.split(":")[0] for line in told] == [str(tmp_path / "drop" / name) for name in left]
     assert f"fill in {parts}, then" in closing
+
+
+def test_init_says_that_the_images_are_beside_it(wentry: Command, tmp_path: Path) -> None:
+    for number in range(3):
+        _write(tmp_path / "drop", f"a_{number}.png")
+    told = wentry("init", tmp_path / "drop").err
+    assert told.startswith(f"{tmp_path / 'drop'}: its own images are the side view, source: .\n")

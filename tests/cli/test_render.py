@@ -45,7 +45,7 @@ def test_the_first_run_is_told(
 
     monkeypatch.setattr(compiled, "compiles_anew", anew)
     first = "first run: the numerics of this command are compiled now, once; this takes some minutes\n"
-    assert wentry("render", scenes, "-o", tmp_path / "videos").err.startswith(first)
+    assert wentry("render", scenes, "-o", tmp_path / "drawn").err.startswith(first)
     told = wentry("process", video, "-o", tmp_path / "results", "--until", "track")
     assert told.err.startswith(first)
     wentry("fit", tmp_path / "results")
@@ -118,3 +118,30 @@ def test_nothing_is_left_of_a_wrong_scenes_file(wentry: Command, tmp_path: Path)
     (tmp_path / "scenes.yaml").write_text("drops: [{name: a, speeed: 3}]")
     assert wentry("render", tmp_path / "scenes.yaml", "-o", tmp_path / "videos").code == 3
     assert not (tmp_path / "videos").exists()
+
+
+@pytest.mark.parametrize(
+    ("file", "output", "told"),
+    [
+        ("lab/run03/experiment.yaml", "lab/run03", "is a drop"),
+        ("lab/run03/experiment.yaml", "lab", "holds the drop run03, which was not rendered"),
+        ("lab/run03/clip.CINE", "lab/run03", "holds a recording, clip.CINE"),
+        ("lab/run03/side/a_1.png", "lab/run03", "holds a recording, side/a_1.png"),
+        ("lab/run03/truth/truth.yaml", "lab/run03", ""),
+        ("lab/notes.txt", "lab", ""),
+    ],
+)
+def test_nothing_is_drawn_beside_a_recording(
+    wentry: Command, scenes: Path, tmp_path: Path, file: str, output: str, told: str
+) -> None:
+    (tmp_path / file).parent.mkdir(parents=True)
+    (tmp_path / file).touch()
+    done = wentry("render", scenes, "-o", tmp_path / output)
+    assert done.code == (4 if told else 0), done.err
+    if told:
+        assert (
+            done.err
+            == f"{tmp_path / output}: {told}; give an empty folder with -o, or one that `wentry render` wrote\n"
+        )
+        assert {path for path in tmp_path.rglob("*") if path.is_file()} == {scenes, tmp_path / file}
+    assert (tmp_path / output / "small").is_dir() is not bool(told)

@@ -56,8 +56,23 @@ def test_the_truth_of_one_drop_is_that_of_the_only_one(tmp_path: Path) -> None:
 
 def test_names_of_both_sides_are_told_where_none_match(tmp_path: Path) -> None:
     results, truth = _results(tmp_path, "x", "y"), _truth(tmp_path, *"abcdefg")
-    told = f"it holds the truth of a, b, c, d, e and 2 more, {results} the drops x, y; give"
+    told = f"it holds the truth of a, b, c, d, e and 2 more, {results} the drops x, y; compare one drop"
     with pytest.raises(InputError, match=re.escape(told)):
         compare(results, truth)
+    with pytest.raises(InputError, match=re.escape(f"wentry compare {results} {truth / 'a'} --drop y") + "$"):
+        compare(results, truth, ["y"])
+    assert _compared(results, truth / "a", "y") == ["y"]
     with pytest.raises(InputError, match="holds no truth for the drops of"):
         compare(results, results)
+
+
+def test_the_folder_of_one_drop_is_told_with_the_command_that_is_meant(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    results, truth = _results(tmp_path, "a"), _truth(tmp_path, "other")
+    told = "is the folder of one drop; give the one above it: wentry compare {} {} --drop a"
+    with pytest.raises(InputError, match=re.escape(told.format(results, truth / "other")) + "$"):
+        compare(results / "a", truth / "other")
+    monkeypatch.chdir(results / "a")
+    with pytest.raises(InputError, match=re.escape(told.format(results, truth)) + "$"):
+        compare(Path(), truth)

@@ -398,6 +398,15 @@ def test_no_drop_and_no_folder(tmp_path: Path) -> None:
         find_drops(tmp_path)
 
 
+@pytest.mark.parametrize("source", ["cam", "cam/clip.avi"])
+def test_a_view_of_a_drop_is_no_drop_without_its_file(tmp_path: Path, source: str) -> None:
+    (tmp_path / "cam").mkdir()
+    (tmp_path / "cam" / "clip.avi").touch()
+    (tmp_path / "experiment.yaml").write_text(f"views:\n  side: {{source: {source}}}\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"cam: is the side view of the drop .*; give that folder$"):
+        find_drops(tmp_path / "cam")
+
+
 def test_set_overrides_and_is_located(tmp_path: Path) -> None:
     _write(tmp_path, GOOD)
     drop = read_drop("drop", tmp_path, overrides_document(("analysis.tracking=fast", "views.side.fps=1e3")))
@@ -456,7 +465,9 @@ def test_the_scaffold_asks_for_what_only_the_user_knows(tmp_path: Path) -> None:
         read_drop("drop", tmp_path)
     given = read_drop("drop", tmp_path, overrides_document(("sphere.diameter_m=0.051",)))
     info = RecordingInfo(tmp_path / "side", "PNG images", 20, 64, 64, 8, None, RATE_UNKNOWN, None)
-    with pytest.raises(ConfigurationError, match=r"side has no frame rate .* set views\.side\.fps"):
+    with pytest.raises(
+        ConfigurationError, match=r"yaml:13:5: error: views\.side\.fps: side has no frame rate .* give that of"
+    ):
         frame_rate(given, "side", info)
 
 
@@ -487,6 +498,34 @@ def test_the_scaffold_needs_a_folder(tmp_path: Path) -> None:
         with pytest.raises(InputError, match=r"clip\.avi: is a file; give the folder that holds the recording"):
             write_scaffold(folder)
     assert write_scaffold(tmp_path / "new" / "drop").path.is_file()
+
+
+@pytest.mark.parametrize(
+    ("images", "others", "sources"),
+    [
+        ("img_{:04d}.png", ["Camera_1.cih"], {"side": "."}),
+        ("img_{:04d}.tif", ["results/x.csv"], {"side": "."}),
+        ("img_{:04d}.png", ["dark.png"], {"side": "img_*.png"}),
+        ("img_{:04d}.png", ["top_1.png", "top_2.png", "top_3.png"], {"side": "img_*.png", "top": "top_*.png"}),
+        ("photo_{:04d}.jpg", ["run.cihx", "run.mraw"], {"side": "run.cihx"}),
+    ],
+)
+def test_the_scaffold_names_images_beside_it(
+    tmp_path: Path, images: str, others: list[str], sources: dict[str, str]
+) -> None:
+    for name in [*(images.format(number) for number in range(3)), *others]:
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    write_scaffold(tmp_path)
+    filled(tmp_path)
+    drop = read_drop("drop", tmp_path)
+    assert {view: drop.view(view).source for view in drop.experiment.sides} == sources
+
+
+def test_two_stacks_are_no_series_of_images(tmp_path: Path) -> None:
+    for name in ("cam1.tif", "cam2.tif"):
+        (tmp_path / name).touch()
+    assert write_scaffold(tmp_path).sources == {"side": "cam1.tif"}
 
 
 def test_the_page_of_defaults_is_true() -> None:

@@ -100,5 +100,9 @@ def test_what_the_recording_shows_to_be_wrong_is_found_in_the_file_again(tmp_pat
     assert f"{campaign}:1:15: error: views.top.offset_s: no" == str(wrong_key(drop, "views.top.offset_s", 3, "no"))
     given = read_drop("drop", folder, overrides_document(("views.side.fps=1000",)), tmp_path)
     assert str(wrong_key(given, "views.side.fps", 1000, "no")) == "--set views.side.fps: error: views.side.fps: no"
+    (folder / "experiment.yaml").write_text("views: {side: {fps: }}\n")
+    near = {"side.fps": f"{folder / 'experiment.yaml'}:1:16", "top.flip": f"{campaign}:1:9"}
+    for key, place in near.items():  # left empty or to its default
+        assert str(wrong_key(drop, f"views.{key}", "x", "no")).startswith(f"{place}: error: views.{key}")
     gone = replace(drop, folder=tmp_path / "gone")
     assert "gone" in str(wrong_key(gone, "views.side.fps", 2000, "no"))

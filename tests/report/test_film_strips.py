@@ -15,9 +15,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from wentry_cli.report.campaign import read_campaign
+from wentry_cli.report.drop_sheets import drop_sheets
 from wentry_cli.report.film_strips import _draw_strip, film_strips
 from wentry_cli.report.moments import Moment
-from wentry_cli.report.panel import Panel
+from wentry_cli.report.panel import NotDrawn, Panel
 from wentry_cli.report.strip_frames import Shot, _region
 from wentry_cli.stages.ingest import open_view
 
@@ -46,8 +47,8 @@ def _yellow_rows(t_s: float, surface: float) -> NDArray[np.float64]:
 @pytest.mark.parametrize("level", [0, 128, 255, "mixed"])
 def test_the_scale_bar_stands_out_from_any_ground(level: int | str) -> None:
     picture = np.full((SIZE, SIZE), 255 if level == "mixed" else level, np.uint8)
-    if level == "mixed":  # half of the bar over black
-        picture[:, 78:] = 0
+    if level == "mixed":  # half of the bar over black, in every corner
+        picture[:, 16:84] = 0
     figure = Figure(figsize=(4.0, 4.0), dpi=100)
     canvas = FigureCanvasAgg(figure)
     shot = Shot(picture, {"t_s": 0.0, "status": "gap"}, Moment(0.0, ""))
@@ -63,6 +64,37 @@ def test_the_scale_bar_stands_out_from_any_ground(level: int | str) -> None:
     assert length.get_text() == "20 mm"
     assert figure.axes[0].bbox.contains(*length.get_window_extent().min)
     assert figure.axes[0].bbox.contains(*length.get_window_extent().max)
+
+
+@pytest.mark.parametrize(("ground", "sphere"), [(255, 0), (0, 255), (180, 90)])
+@pytest.mark.parametrize(
+    ("covered", "right", "low"),
+    [
+        ([], True, True),
+        ([(80, 80)], False, True),
+        ([(80, 80), (20, 80)], True, False),
+        ([(80, 20)], True, True),
+        ([(50, 82)], True, False),
+    ],
+)
+def test_the_scale_bar_keeps_off_the_sphere(
+    ground: int, sphere: int, covered: list[tuple[int, int]], right: bool, low: bool
+) -> None:
+    across, down = np.meshgrid(np.arange(SIZE), np.arange(SIZE))
+    picture = np.full((SIZE, SIZE), ground, np.uint8)
+    for x, y in covered:
+        picture[np.hypot(across - x, down - y) < 19.0] = sphere
+    figure = Figure(figsize=(1.4, 1.8), dpi=100)
+    canvas = FigureCanvasAgg(figure)
+    shot = Shot(picture, {"t_s": 0.0, "status": "gap"}, Moment(0.0, ""))
+    _draw_strip(figure, [shot], (0, 0, SIZE, SIZE), "side", 1000.0, math.nan)
+    canvas.draw()
+    ax = figure.axes[0]
+    (x0, y0), (x1, y1) = ax.transData.inverted().transform(ax.patches[-1].get_window_extent().get_points())
+    assert (0.5 * (x0 + x1) > 50.0, 0.5 * (y0 + y1) > 50.0) == (right, low)
+    (length,) = ax.texts
+    for corner in (length.get_window_extent().min, length.get_window_extent().max):
+        assert ax.bbox.contains(*corner)
 
 
 @pytest.mark.parametrize(
@@ -87,6 +119,23 @@ def test_the_caption_of_a_strip_says_how_its_greys_are_stretched(tmp_path: Path)
     side, _ = film_strips(drop, lambda name, view: open_view(configuration, view).recording)
     assert isinstance(side, Panel)
     assert "Grey levels 40 to 200 of the recording" in side.caption
+
+
+def test_a_drop_that_was_not_tracked_has_no_sheet_and_its_strip_says_so(tmp_path: Path) -> None:
+    made = Made("plate", kind="surface_impact")
+    campaign = read_campaign(tmp_path, write_campaign(tmp_path, (made,)))
+    (drop,) = campaign.drops
+    film(tmp_path / "videos", made)
+    (configuration,) = configured(tmp_path / "videos", (made,))
+    for error, told in (("", False), ("plate: no plate was found", True)):
+        failed = replace(drop, stages={"track": {"error": error} if error else {}})
+        (sheet,) = drop_sheets(replace(campaign, drops=(failed,)))
+        assert isinstance(sheet, NotDrawn) is told
+        (strip, *_) = film_strips(failed, lambda name, view: open_view(configuration, view).recording)
+        assert isinstance(strip, Panel)
+        assert ("could not be tracked (no plate was found): what is drawn is no measurement" in strip.caption) is told
+        if isinstance(sheet, NotDrawn):
+            assert sheet.reason == "it could not be tracked: no plate was found"
 
 
 def test_the_region_of_a_strip_holds_every_outline_that_is_drawn(tmp_path: Path) -> None:

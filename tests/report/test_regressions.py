@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,6 +9,7 @@ from fixture_campaign import CAMPAIGN, write_campaign
 
 from wentry_cli.report.campaign import Campaign, read_campaign
 from wentry_cli.report.fits import exponent_text, slope_text
+from wentry_cli.report.page import Content, write_page
 from wentry_cli.report.regressions import regression_table
 from wentry_cli.tables import new_table
 
@@ -70,3 +72,12 @@ def test_a_caption_counts_drops_conditions_and_spheres() -> None:
     )
     assert exponent_text(ALIKE) == "no exponent, drops hardly apart in x: 6 drops in 6 conditions, 1 sphere"
     assert slope_text({}) == "no slope, relation not fitted"
+
+
+def test_the_table_wraps_where_the_page_is_narrow(campaign: Campaign) -> None:
+    table = new_table("scaling", {name: [value] for name, value in NO_SLOPE.items()})
+    page = write_page(Content(replace(campaign, scaling=table), (), (), ()))
+    regressions = page.partition('<section id="regressions">')[2].partition("</section>")[0]
+    assert '<table class="dense wraps">' in regressions
+    assert '<td class="long">a: sphere_seal</td>' in regressions
+    assert re.search(r"table\.wraps td \{ white-space: normal; \}", page)

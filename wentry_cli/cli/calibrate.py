@@ -44,7 +44,10 @@ def command() -> None:
 def impact(
     results: Path, dry_run: bool, only: tuple[str, ...], as_json: bool, quiet: bool, verbose: bool
 ) -> None:  # fmt: skip
-    """Fit ε̇₀ and n of each sphere to its surface_impact drops in RESULTS, all heights together."""
+    """Fit ε̇₀ and n of each sphere to its surface impacts.
+
+    All surface_impact drops in RESULTS of a sphere are fitted together, whatever their heights.
+    """
     from wentry_cli.runner import commands
     from wentry_cli.stages import calibrate
     from wentry_cli.stages.calibrate.rows import rows_of
@@ -79,7 +82,10 @@ def impact(
 def compression(
     csv: Path, diameter_m: float, material: str, results: Path, dry_run: bool, as_json: bool, quiet: bool, verbose: bool
 ) -> None:
-    """Fit G∞ to the force-displacement test in CSV (header force_N and displacement_m or displacement_mm)."""
+    """Fit G∞ to a compression test.
+
+    CSV holds force over displacement, with the header force_N and displacement_m or displacement_mm.
+    """
     from wentry_cli.cli.console import show_json
     from wentry_cli.records import DROP
     from wentry_cli.runner import commands
@@ -140,30 +146,10 @@ def _show_uses(uses: Uses, as_json: bool) -> None:
 def _show_rows(rows: list[dict[str, Any]], as_json: bool, quiet: bool) -> None:
     """What was found: as JSON, or a line a row with the fitted numbers."""
     from wentry_cli.cli.console import show_json
+    from wentry_cli.stages.calibrate.rows import fitted_numbers
 
     if as_json:
         show_json(rows)
         return
     for row in rows if not quiet else ():
-        fitted = [told for name, interval in FITTED.items() if (told := _fitted(row, name, interval))]
-        words = [row["sphere_id"] or row["material"], ", ".join(fitted) or "no number", f"({row['status']})"]
-        click.echo(" ".join(words))
-
-
-FITTED = {
-    "g_inf_pa": "g_inf_{}_pa",
-    "zero_m": "",
-    "eps0_dot_1_s": "eps0_dot_{}_1_s",
-    "n": "n_{}",
-    "flow_1_s": "",
-}  # number -> its 95 % interval, with low and high
-
-
-def _fitted(row: dict[str, Any], name: str, interval: str) -> str:
-    """A fitted number with its uncertainty, and its interval where it has one; nothing where it was not fitted."""
-    value, unc = row.get(name), row.get(f"{name}_unc")
-    if value is None or unc is None:
-        return ""
-    low, high = (row.get(interval.format(end)) for end in ("low", "high"))
-    ends = f" (95 %: {low:.6g} to {high:.6g})" if low is not None and high is not None else ""
-    return f"{name} {value:.6g} ± {unc:.2g}{ends}"
+        click.echo(f"{row['sphere_id'] or row['material']} {fitted_numbers(row) or 'no number'} ({row['status']})")

@@ -38,7 +38,8 @@ def command(
             click.echo(sentence, err=True)
         for failure in campaign.failures:
             named = "" if failure.stage == commands.CONFIGURATION else f"{failure.drop}: "  # else it names the file
-            click.echo(named + failure.sentence, err=True)
+            for line in failure.sentence.splitlines():
+                click.echo(named + line, err=True)
         if not quiet:
             _show(seen.facts, {"campaign.yaml": shared, "materials.yaml": materials})
             if seen.facts and not frames:

@@ -38,7 +38,8 @@ def command(paths: tuple[Path, ...], duplicates: bool, as_json: bool) -> None:
     else:
         for facts in described:
             for name, value in facts.items():
-                click.echo(f"{name + ':':22} {_shown(value)}{MEANT.get(name, '')}")
+                meant = "" if name == "duplicate_frames" and value is not None else MEANT.get(name, "")
+                click.echo(f"{name + ':':22} {_shown(value)}{meant}")
             click.echo()
     problems.complain()
 

@@ -20,9 +20,12 @@ from wentry_cli.cli import options as opt
 )
 def command(folder: Path, kind: str) -> None:
     """Write an experiment.yaml to fill in into FOLDER; recordings that lie there are named in it."""
-    from wentry_cli.config.scaffold import write_scaffold
+    from wentry_cli.config.scaffold import HERE, write_scaffold
 
     written = write_scaffold(folder, kind)
+    for view, source in written.sources.items():
+        if source == HERE or "*" in source:
+            click.echo(f"{folder}: its own images are the {view} view, source: {source}", err=True)
     for name in written.not_named:
         click.echo(
             f"{folder / name}: not named in it, since its name does not tell the view; if it is the other view of this "

@@ -18,6 +18,7 @@ def command(scenes: Path, output: Path, jobs: int, only: tuple[str, ...], quiet:
     from wentry_cli.compiled import FIRST_RUN, compiles_anew
     from wentry_cli.runner.lock import locked
     from wentry_cli.synthetic.campaign import render_campaign
+    from wentry_cli.synthetic.drop_folder import refuse_recordings
     from wentry_cli.synthetic.scenes_file import load_scenes
 
     def progress(done: int, total: int) -> None:
@@ -25,6 +26,7 @@ def command(scenes: Path, output: Path, jobs: int, only: tuple[str, ...], quiet:
             click.echo(f"{done} of {opt.counted(total, 'drop')} drawn", err=True)
 
     load_scenes(scenes)  # before anything is written
+    refuse_recordings(output)
     if not quiet and compiles_anew(["synthetic"]):
         click.echo(FIRST_RUN, err=True)
     with locked(output):

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from wentry_cli.comparison.hand_table import read_hand_table, read_numbers
-from wentry_cli.comparison.pairs import TRUTH_TABLE, truths_of
+from wentry_cli.comparison.pairs import TOP_TABLE, TRUTH_TABLE, truths_of
 from wentry_cli.comparison.statistics import ErrorStatistics, error_statistics
 from wentry_cli.config.places import read_document
 from wentry_cli.errors import InputError
@@ -19,6 +19,7 @@ from wentry_cli.records import DROP, read_json
 from wentry_cli.schemas import TABLES
 from wentry_cli.tables import has_table, read_table
 
+Series = tuple[tuple[str, str, str], ...]
 # table, column of the table, column of the truth
 SERIES = (
     ("side", "stretch", "stretch"),
@@ -30,6 +31,7 @@ SERIES = (
     ("kinematics", "a_c_m_s2", "a_c_m_s2"),
     ("kinematics_model", "v_c_m_s", "v_c_m_s"),
 )
+OF_TOP = (("top", "radius_px", "radius_px"), ("top", "stretch", "stretch"))  # by the frames of the top view
 # key of truth.yaml, table, column
 NUMBERS = (
     ("u0_m_s", "summary", "impact_speed_m_s"),
@@ -70,6 +72,10 @@ def compare(results: Path, truth: Path, only: Sequence[str] = ()) -> list[Compar
     ``truth`` is a folder as ``wentry render`` writes it (drops with ``truth/``), one of its drops, or a hand-tracked
     table of one drop (see ``read_hand_table``). Raises ``InputError`` where nothing can be compared.
     """
+    if (results / DROP).is_file():
+        folder = results.absolute() if results.name in ("", "..") else results
+        told = f"wentry compare {folder.parent} {truth} --drop {folder.name}"
+        raise InputError(f"{results}: is the folder of one drop; give the one above it: {told}")
     drops = sorted(path.parent for path in results.glob(f"*/{DROP}"))
     unknown = sorted(set(only) - {folder.name for folder in drops})
     if unknown:
@@ -94,18 +100,25 @@ def compare(results: Path, truth: Path, only: Sequence[str] = ()) -> list[Compar
 
 
 def _against_truth(folder: Path, truth: Path) -> Iterator[Comparison]:
-    table = truth / TRUTH_TABLE
-    frame = read_numbers(table, {"frame", *(column for *_, column in SERIES)})
+    frame = _shown(truth / TRUTH_TABLE, SERIES)
+    yield from _against_table(folder, frame)
+    if (truth / TOP_TABLE).is_file():
+        yield from _against_table(folder, _shown(truth / TOP_TABLE, OF_TOP), OF_TOP)
+    numbers = read_document(truth / "truth.yaml").data
+    yield from _numbers(folder, numbers, closed=not _after_clip(numbers.get("t_p_s"), frame))
+    if not _after_clip(numbers.get(DOME_OVER), frame):
+        yield from _dome_over(folder, numbers.get(DOME_OVER))
+
+
+def _shown(table: Path, series: Series) -> pd.DataFrame:
+    """The rows of a rendered ``table``; what a frame does not show is NaN."""
+    frame = read_numbers(table, {"frame", *(column for *_, column in series)})
     if "frame" not in frame:
         raise InputError(f"{table}: has no column frame; give the folder that `wentry render` wrote")
     if "measurable" in frame:
         hidden = ~frame["measurable"].astype(str).str.lower().isin(["true", "1", "1.0"])
         frame.loc[hidden, [name for name in frame if name not in ("frame", "time_s", "t_s")]] = np.nan
-    yield from _against_table(folder, frame)
-    numbers = read_document(truth / "truth.yaml").data
-    yield from _numbers(folder, numbers, closed=not _after_clip(numbers.get("t_p_s"), frame))
-    if not _after_clip(numbers.get(DOME_OVER), frame):
-        yield from _dome_over(folder, numbers.get(DOME_OVER))
+    return frame
 
 
 def _after_clip(time_s: Any, frame: pd.DataFrame) -> bool:
@@ -113,9 +126,9 @@ def _after_clip(time_s: Any, frame: pd.DataFrame) -> bool:
     return isinstance(time_s, int | float) and "t_s" in frame and bool(time_s > frame["t_s"].max())
 
 
-def _against_table(folder: Path, truth: pd.DataFrame) -> Iterator[Comparison]:
+def _against_table(folder: Path, truth: pd.DataFrame, series: Series = SERIES) -> Iterator[Comparison]:
     rigid = has_table(folder, "summary") and read_table(folder, "summary")["rigid"].iloc[0] == "true"
-    for table, column, truth_column in SERIES:
+    for table, column, truth_column in series:
         if truth_column not in truth or not has_table(folder, table) or (column == "stretch" and rigid):
             continue
         measured = read_table(folder, table).merge(

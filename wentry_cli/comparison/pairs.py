@@ -9,6 +9,7 @@ from wentry_cli.errors import InputError
 
 TRUTH = "truth"
 TRUTH_TABLE = "truth.csv"
+TOP_TABLE = "top.csv"  # where there is a top view
 SHOWN = 5  # names of a list
 
 
@@ -50,7 +51,8 @@ def _nothing_in_common(results: Path, drops: Sequence[str], truth: Path) -> str:
         return f"{truth}: holds no truth for the drops of {results}; give the folder that `wentry render` wrote"
     return (
         f"{truth}: drops are matched by name, and it holds the truth of {_listed(names)}, {results} the drops "
-        f"{_listed(drops)}; give one drop of both, with --drop and its folder"
+        f"{_listed(drops)}; compare one drop with the folder of one truth, for example: "
+        f"wentry compare {results} {tables[0].parent.parent} --drop {drops[0]}"
     )
 
 

@@ -19,18 +19,21 @@ def wrong_key(drop: Drop, key: str, value: Any, message: str) -> ConfigurationEr
 def place_of(drop: Drop, key: str, value: Any) -> str:
     """Where ``key`` (dotted) was given its ``value``, as ``file:line:column``.
 
-    A value from ``--set`` has no place in a file and is named as that, a default by the drop's file alone.
+    A value from ``--set`` has no place in a file and is named as that; a default has that of its empty key
+    or of the nearest parent; a value that the files no longer hold has the drop's file alone.
     """
     path: KeyPath = tuple(key.split("."))
     if _is_set(drop.overrides, path):
         return f"--set {key}"
     file = drop.folder / EXPERIMENT
-    for candidate in (file, drop.shared.path):
-        document = _read_again(candidate)
-        document = None if document is None else document.said()
-        if document is not None and path in document.places:
-            return str(document.places[path] if value_at(document.data, path) == value else file)
-    return str(file)
+    own, shared = _read_again(file), _read_again(drop.shared.path)
+    written = [document for document in (own, shared) if document is not None]
+    for said in (document.said() for document in written):
+        if path in said.places:
+            return str(said.places[path] if value_at(said.data, path) == value else file)
+    if own is None:
+        return str(file)
+    return str((own if shared is None else own.over(shared)).place(path) or file)
 
 
 def _is_set(data: Any, path: KeyPath) -> bool:

@@ -13,7 +13,7 @@ from wentry_cli.config.inheritance import MATERIALS, Shared, find_materials, fin
 from wentry_cli.config.materials import Material, calibrated, find_material, packaged_config
 from wentry_cli.config.messages import located, validate, validate_part
 from wentry_cli.config.models import Experiment, View
-from wentry_cli.config.places import Document, KeyPath, read_document
+from wentry_cli.config.places import Document, KeyPath, followed, read_document
 from wentry_cli.config.plausible import refuse_implausible
 from wentry_cli.config.values import LONGEST_NAME, is_formula, is_one_line
 from wentry_cli.errors import ConfigurationError, Gathered, InputError, NoDropError
@@ -143,10 +143,21 @@ def find_drops(video_dir: Path) -> dict[str, Path]:
             raise InputError(f"{folder}: its name {name} is that of {drops[name]}; rename one of the two folders")
         drops[name] = Path(folder)
     if not drops:
+        if (view := _view_of_drop_above(root)) is not None:
+            raise NoDropError(f"{video_dir}: is the {view} view of the drop {root.parent}; give that folder")
         raise NoDropError(
             f"{video_dir}: holds no {EXPERIMENT}; `wentry init {video_dir}` writes one to fill in, beside the recording"
         )
     return dict(sorted(drops.items()))
+
+
+def _view_of_drop_above(folder: Path) -> str | None:
+    """The view whose recording is or lies in ``folder``, as an ``experiment.yaml`` beside that folder names it."""
+    for source, view in named_sources(folder.parent).items():
+        path = followed(Path(source))
+        if folder in (path, path.parent):
+            return view
+    return None
 
 
 def _speakable(name: str) -> str:

@@ -65,6 +65,12 @@ class DropResults:
         return self.kind == "water_entry" and not self.rigid
 
     @property
+    def track_failure(self) -> str:
+        """Why the stage track failed, without the drop's name; empty where it did not."""
+        entry = self.stages.get("track")
+        return as_text(entry.get("error")).removeprefix(f"{self.name}: ") if isinstance(entry, Mapping) else ""
+
+    @property
     def seal(self) -> str:
         """Seal type, empty where there is none."""
         return self.text("seal_type")
@@ -186,10 +192,19 @@ def example_drop(drops: Iterable[DropResults], needed: str) -> DropResults | Non
     The paper shows G∞ = 6.9 kPa (Table 1), D = 51 mm, U₀ = 5.3 m/s with a deep seal. Of drops that are alike it is the
     one with the most measured frames.
     """
-    able = [drop for drop in drops if drop.deformable_entry and not drop.table(needed).empty]
+    able = _able(drops, needed)
     nearest = min(map(_distance_to_paper, able), default=0.0)
     alike = [drop for drop in able if _distance_to_paper(drop) <= nearest + ALIKE]
     return min(alike, key=lambda drop: (-drop.number("frames_measured"), drop.name), default=None)
+
+
+def why_shown(drops: Iterable[DropResults], needed: str, having: str) -> str:
+    """Why ``example_drop`` shows its drop, of those ``having`` what is drawn, in brackets; nothing of the only one."""
+    return f" (of those with {having} the {NEAREST})" if len(_able(drops, needed)) > 1 else ""
+
+
+def _able(drops: Iterable[DropResults], needed: str) -> list[DropResults]:
+    return [drop for drop in drops if drop.deformable_entry and not drop.table(needed).empty]
 
 
 def _distance_to_paper(drop: DropResults) -> float:

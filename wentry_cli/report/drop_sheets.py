@@ -33,6 +33,8 @@ def drop_sheets(campaign: Campaign) -> list[Panel | NotDrawn]:
 
 def _sheet(drop: DropResults) -> Panel | NotDrawn:
     title = f"Drop {drop.name}"
+    if drop.track_failure:
+        return NotDrawn("sheet", title, f"it could not be tracked: {drop.track_failure}")
     parts: dict[str, tuple[pd.DataFrame, Drawer]] = {
         "position": (_positions(drop), _draw_positions),
         "stretch": (pd.concat([measured_stretch(drop), model_stretch(drop)], ignore_index=True), _draw_stretch),

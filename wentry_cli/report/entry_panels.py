@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
-from wentry_cli.report.campaign import NEAREST, Campaign, DropResults, example_drop
+from wentry_cli.report.campaign import Campaign, DropResults, example_drop, why_shown
 from wentry_cli.report.curves import measured
 from wentry_cli.report.legends import clear_limits, legend_above, stiffness_handles
 from wentry_cli.report.moments import telling_moments
@@ -26,7 +26,9 @@ def bottom_position(campaign: Campaign) -> Panel | NotDrawn:
     nearest = example_drop(able, "side")
     drop = nearest or able[0]
     needed = "the time of pinch-off t_p"
-    why = f"of those with {needed} the {NEAREST}" if nearest else f"the first with {needed}; no soft sphere has it"
+    why = why_shown(able, "side", needed)
+    if nearest is None and len(able) > 1:
+        why = f" (the first with {needed}; no soft sphere has it)"
     side = measured(drop.table("side"), ["t_s", "y_b_m", "y_b_m_unc"])
     t_p, size = drop.number("t_p_s"), drop.number("diameter_m")
     side = side[side["t_s"] <= 1.15 * t_p]
@@ -56,7 +58,7 @@ def bottom_position(campaign: Campaign) -> Panel | NotDrawn:
         clear_limits(ax, (), [0.0, *shown["y_b_over_d"]], pad=0.06)
 
     caption = (
-        f"Lowest point y_b of drop {drop.name} ({why}) over the diameter D against time over t_p = "
+        f"Lowest point y_b of drop {drop.name}{why} over the diameter D against time over t_p = "
         f"{1e3 * t_p:.1f} ms. Bars: standard uncertainty. Vertical lines: the frames of the film strip."
     )
     return Panel("3c", "fig_3c_bottom_position", title, caption, data, draw, drop=drop.name)
@@ -98,7 +100,7 @@ def stretch_in_time(campaign: Campaign) -> Panel | NotDrawn:
         clear_limits(ax, (), [1.0, *data["stretch"]], pad=0.06)
 
     caption = (
-        f"Principal stretch λ of drop {drop.name} (of those with λ the {NEAREST}), {_sources(data)}. "
+        f"Principal stretch λ of drop {drop.name}{why_shown(campaign.drops, 'stretch', 'λ')}, {_sources(data)}. "
         "Bars: standard uncertainty. Vertical lines: the frames of the film strip."
     )
     return Panel("3d", "fig_3d_stretch", title, caption, data, draw, drop=drop.name)

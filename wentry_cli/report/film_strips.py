@@ -35,6 +35,9 @@ OpenView = Callable[[str, str], Recording]
 WIDTH_IN = WIDE_SIZE[0]
 TITLE_IN = 0.4  # inches above the pictures, three lines
 EDGE_PT = 0.6  # points, round the scale bar
+TEXT_PT = 8.0  # points that its length takes above it
+TEXT_ASPECT = 2.6  # and how much wider that is than high
+UNLIKE = 48.0  # levels of 255 from those at the rim of a picture: no ground
 SIDE_COLUMNS = ["center_x_px", "center_y_px", "radius_px", "stretch", "tilt_deg", "bottom_y_px", "bottom_local_y_px",
                 "separation_y_px", "status"]  # fmt: skip
 TOP_COLUMNS = ["center_x_px", "center_y_px", "radius_px", "status"]
@@ -89,6 +92,8 @@ def _panel(drop: DropResults, view: str, strip: Strip) -> Panel:
         else ""
     )
     caption += f" Grey levels {strip.black:.0f} to {strip.white:.0f} of the recording are drawn from black to white."
+    if drop.track_failure:
+        caption += f" The drop could not be tracked ({drop.track_failure}): what is drawn is no measurement."
     stem = f"strip_{view}_{file_stem(drop.name)}"
     return Panel("film strip", stem, f"{drop.name}, {view} view", caption, data, draw, (WIDTH_IN, height), drop.name)
 
@@ -177,26 +182,48 @@ def _overlay_top(ax: Axes, row: dict[str, Any]) -> None:
 
 
 def _scale_bar(ax: Axes, picture: NDArray[np.uint8], region: Region, scale: float) -> None:
-    """Draw the bar at the lower right: black on bright ground, white on dark, with an edge of the other colour.
+    """Draw the bar in the corner with the most ground: black where that is bright, white where it is dark.
 
-    The edge shows the bar where the ground below it changes.
+    An edge of the other colour shows bar and length where the ground below them changes.
     """
     length = scale_bar_mm(region, scale)
     if not length:
         return
-    x0, y0, x1, y1 = region
-    width, thick, room = 1e-3 * length * scale, 0.025 * (x1 - x0), 0.06 * (x1 - x0)
-    left, top = x1 - room - width, y1 - room - thick
-    shrink = picture.shape[1] / (x1 - x0)
-    across = np.array([left - x0, left + width - x0])
-    down = np.array([top - y0, top + thick - y0])
-    (first, last), (upper, lower) = ((ends * shrink).astype(int) for ends in (across, down))
-    ground = picture[upper : lower + 1, first : last + 1]
-    inner, outer = ("black", "white") if float(ground.mean()) > 127.0 else ("white", "black")
+    x0, _, x1, _ = region
+    width, thick = 1e-3 * length * scale, 0.025 * (x1 - x0)
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    text = TEXT_PT * (x1 - x0) / (72.0 * figure.get_figwidth() * ax.get_position().width)
+    left, top, bright = _place_of_bar(picture, region, (width, thick, text))
+    inner, outer = ("black", "white") if bright else ("white", "black")
     ax.add_patch(Rectangle((left, top), width, thick, facecolor=outer, edgecolor=outer, linewidth=2 * EDGE_PT))
     ax.add_patch(Rectangle((left, top), width, thick, facecolor=inner, linewidth=0))
+    at, side = (left + width, "right") if left > 0.5 * (x0 + x1 - width) else (left, "left")
     label = ax.annotate(
-        f"{length:g} mm", (left + width, top), (0.0, 1.2), textcoords="offset points", ha="right", va="bottom",
-        fontsize=5.5, color=inner,
+        f"{length:g} mm", (at, top), (0.0, 1.2), textcoords="offset points", ha=side, va="bottom", fontsize=5.5,
+        color=inner,
     )  # fmt: skip
     label.set_path_effects([withStroke(linewidth=2 * EDGE_PT, foreground=outer)])
+
+
+def _place_of_bar(
+    picture: NDArray[np.uint8], region: Region, size: tuple[float, float, float]
+) -> tuple[float, float, bool]:
+    """Left and top of the bar in the corner with the most ground, px, and whether that is bright.
+
+    ``size`` is its width, its thickness and the height of the text above it, px; ground is as the rim of the picture.
+    """
+    x0, y0, x1, y1 = region
+    width, thick, text = size
+    room, shrink = 0.06 * (x1 - x0), picture.shape[1] / (x1 - x0)
+    reach = max(width, TEXT_ASPECT * text)
+    rim = np.median(np.concatenate([picture[0], picture[-1], picture[:, 0], picture[:, -1]]))
+    found: list[tuple[float, float, float, bool]] = []
+    for top in (y1 - room - thick, y0 + room + text):
+        for left, start in ((x1 - room - width, x1 - room - reach), (x0 + room, x0 + room)):
+            edges = np.array([start - x0, start + reach - x0, top - text - y0, top + thick - y0]) * shrink
+            first, last, upper, lower = np.maximum(edges, 0.0).astype(int)
+            below = picture[upper : lower + 1, first : last + 1]
+            busy = float((np.abs(below - rim) > UNLIKE).mean())
+            found.append((busy, left, top, bool(below.mean() > 127.0)))
+    return min(found, key=lambda place: place[0])[1:]

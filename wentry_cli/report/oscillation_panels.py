@@ -11,7 +11,7 @@ from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from wentry_cli.report.campaign import NEAREST, Campaign, DropResults, as_number, example_drop
+from wentry_cli.report.campaign import Campaign, DropResults, as_number, example_drop, why_shown
 from wentry_cli.report.curves import grouped_points, measured
 from wentry_cli.report.fits import fit_rows, slope_text
 from wentry_cli.report.legends import (
@@ -277,7 +277,7 @@ def stretch_model(campaign: Campaign) -> Panel | NotDrawn:
         legend_above(ax)
 
     caption = (
-        f"Stretch of drop {drop.name} (of those with λ and a model the {NEAREST}): measured (triangles), the "
+        f"Stretch of drop {drop.name}{why_shown(with_model, 'stretch', 'λ and a model')}: measured (triangles), the "
         "viscoelastic model from its first peak on "
         f"(dashed){scaled}"
     )

@@ -55,7 +55,7 @@ DROP_COLUMNS: Columns = {
 }
 FLIGHT_COLUMNS: Columns = {
     "drop": lambda drop: drop.name,
-    "v (m/s)": _cell("velocity_m_s"),
+    "v, mid-clip (m/s)": _cell("velocity_m_s"),
     "a (m/s²)": _cell("acceleration_m_s2"),
 }
 ENTRY_COLUMNS: Columns = {

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.config.blame import wrong_key
 from wentry_cli.config.values import FASTEST, SLOWEST
-from wentry_cli.errors import ConfigurationError, FrameUnreadableError, InputError
+from wentry_cli.errors import FrameUnreadableError, InputError
 from wentry_cli.frames.formats import open_recording
 from wentry_cli.frames.oriented import Oriented, orient
 from wentry_cli.frames.reader import Frame, RecordingInfo, Region
@@ -75,10 +75,8 @@ def frame_rate(drop: Drop, name: str, info: RecordingInfo) -> float:
     """The camera's rate in 1/s; raises ``ConfigurationError`` where neither file nor configuration tells it."""
     if info.fps is None or not info.rate_trusted:
         told = "" if info.fps is None else f" ({info.fps:g} is a {info.fps_source})"
-        raise ConfigurationError(
-            f"{drop.folder / 'experiment.yaml'}: error: views.{name}.fps: {info.path.name} has no frame rate that "
-            f"can be trusted{told}; set views.{name}.fps to the rate of the camera in frames per second"
-        )
+        told = f"{info.path.name} has no frame rate that can be trusted{told}; give that of the camera in frames/s"
+        raise wrong_key(drop, f"views.{name}.fps", drop.view(name).fps, told)
     if not SLOWEST <= info.fps <= FASTEST:
         raise InputError(
             f"{info.path}: its header claims {info.fps:g} frames/s, which no camera films with; set views.{name}.fps"

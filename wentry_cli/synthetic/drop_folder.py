@@ -15,6 +15,27 @@ OURS = {
     "truth": re.compile(r"(truth|necks|walls|top)\.csv"),
 }
 MARK = "truth/truth.yaml"
+EXPERIMENT = "experiment.yaml"
+FILMED = (".cihx", ".cih", ".mraw", ".cine", ".avi", ".mp4", ".mov", ".mkv", ".png", ".tif", ".tiff", ".jpg", ".jpeg",
+          ".bmp")  # fmt: skip
+
+
+def refuse_recordings(folder: Path) -> None:
+    """Raise InputError where ``folder`` is to hold rendered drops, and is a drop or holds what was filmed.
+
+    Drops that an earlier rendering wrote may lie in it.
+    """
+    if not folder.is_dir():
+        return
+    places = [folder, *(item for item in sorted(folder.iterdir()) if item.is_dir() and not (item / MARK).is_file())]
+    for place in places:
+        if (place / EXPERIMENT).is_file():
+            which = "is a drop" if place == folder else f"holds the drop {place.name}, which was not rendered"
+        elif found := sorted(item.name for item in place.iterdir() if item.suffix.lower() in FILMED):
+            which = f"holds a recording, {(place / found[0]).relative_to(folder)}"
+        else:
+            continue
+        raise InputError(f"{folder}: {which}; give an empty folder with -o, or one that `wentry render` wrote")
 
 
 def clear_folder(folder: Path) -> None:
@@ -28,7 +49,7 @@ def clear_folder(folder: Path) -> None:
     if not (folder / MARK).is_file() and any(path.is_file() for path in folder.rglob("*")):
         raise InputError(f"{folder}: not empty and not rendered by wentry (no {MARK}); choose another folder")
     write_whole(folder / MARK, "")
-    (folder / "experiment.yaml").unlink(missing_ok=True)
+    (folder / EXPERIMENT).unlink(missing_ok=True)
     for name, pattern in OURS.items():
         place = folder / name
         if not place.is_dir() or place.is_symlink():

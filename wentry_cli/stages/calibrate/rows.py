@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from wentry_cli.report.numbers import with_uncertainty
 from wentry_cli.tables import has_table, new_table, read_table, table_path, write_table
 
 if TYPE_CHECKING:
@@ -13,6 +14,13 @@ if TYPE_CHECKING:
 
 Row = dict[str, Any]
 _KEYS = ("material", "sphere_id", "source")
+FITTED = {
+    "g_inf_pa": "g_inf_{}_pa",
+    "zero_m": "",
+    "eps0_dot_1_s": "eps0_dot_{}_1_s",
+    "n": "n_{}",
+    "flow_1_s": "",
+}  # number -> its 95 % interval, with low and high
 
 
 def say_kept(results: Path) -> str:
@@ -53,6 +61,21 @@ def rows_of(results: Path, source: str, names: Sequence[str]) -> list[Row]:
     table = table[(table["source"] == source) & table[key].isin(list(names))]
     records = table.astype(object).where(table.notna(), None).to_dict("records")
     return [{str(name): value for name, value in record.items()} for record in records]
+
+
+def fitted_numbers(row: Row) -> str:
+    """The fitted numbers of ``row`` with their uncertainties, as the report writes them."""
+    return ", ".join(told for name, interval in FITTED.items() if (told := _fitted(row, name, interval)))
+
+
+def _fitted(row: Row, name: str, interval: str) -> str:
+    """A number with its interval where it has one, told to the digits of its uncertainty; nothing if not fitted."""
+    value, unc = row.get(name), row.get(f"{name}_unc")
+    if value is None or unc is None:
+        return ""
+    ends = [row.get(interval.format(end)) for end in ("low", "high")]
+    told = [with_uncertainty(end, unc).partition(" ± ")[0] for end in ends if end is not None]
+    return f"{name} {with_uncertainty(value, unc)}" + (f" (95 %: {' to '.join(told)})" if len(told) == 2 else "")
 
 
 def _identities(table: pd.DataFrame) -> pd.Series[Any]:
