@@ -1,4 +1,4 @@
-"""The JSON records beside the tables: ``drop.json`` and ``stages.json`` of a drop, ``run.json`` of them all."""
+"""What lies beside the tables: ``drop.json`` and ``stages.json`` of a drop, ``run.json`` of them all, lock and log."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from wentry_cli.tables import write_text
 DROP = "drop.json"
 STAGES = "stages.json"
 RUN = "run.json"
+ERROR_LOG = "error.log"
+LOCK = ".lock"
 
 
 def read_json(path: Path) -> dict[str, Any]:
