@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -59,3 +61,31 @@ def test_an_edit_that_breaks_a_stage_is_no_mistake_of_ours(
     assert code in (0, 4)
     assert str(path) in told
     assert "mistake in wentry" not in told
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [
+        {"outputs": [1], "inputs": 3},
+        {"fingerprint": {}, "outputs": {"colours": "a"}},
+        {"fingerprint": [], "outputs": {}},
+        {"error": ["too few"]},
+        {"error": "too few", "exit_code": "five"},
+        {"fingerprint": {}, "warnings": 3},
+        "done",
+    ],
+)
+def test_a_record_that_no_run_wrote_is_that_of_a_stage_that_has_not_run(
+    results: Path, entry: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for folder in (results / "small", results):
+        known = json.loads((folder / "stages.json").read_text())
+        name = "track" if "track" in known else "scaling"
+        (folder / "stages.json").write_text(json.dumps(known | {name: entry}))
+    assert call_wentry("status", results, "--json") == 0
+    states = json.loads(capsys.readouterr().out)
+    assert states["small"]["track"] == ["stale", "not run yet"]
+    assert states["*"]["scaling"][0] == "stale"
+    assert call_wentry("fit", results) == 4
+    assert "small: track: stage track has not run; run `wentry process` first" in capsys.readouterr().err
+    assert call_wentry("report", results, "-n") == 0

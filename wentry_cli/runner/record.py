@@ -10,17 +10,16 @@ from typing import Any
 from wentry_cli.config.campaign import Drop
 from wentry_cli.errors import InputError, NoDropError
 from wentry_cli.provenance import digest_of, environment
-from wentry_cli.records import DROP, RUN, STAGES, read_json, write_json
+from wentry_cli.records import DROP, RUN, STAGES, read_json, read_stages, write_json
 
 
 def note_stage(folder: Path, name: str, entry: dict[str, Any] | None) -> None:
     """Set what ``stages.json`` in ``folder`` says of the stage ``name``; ``None`` takes it out."""
-    path = folder / STAGES
-    record = read_json(path)
+    record = read_stages(folder)
     record.pop(name, None)
     if entry is not None:
         record[name] = entry
-    write_json(path, record)
+    write_json(folder / STAGES, record)
 
 
 def write_drop(results: Path, drop: Drop) -> None:
@@ -79,14 +78,14 @@ def write_run(
             "configuration": record.get("experiment"),
             "configuration_hash": digest_of(record.get("experiment")),
             "material": record.get("material"),
-            "stages": read_json(path.parent / STAGES),
+            "stages": read_stages(path.parent),
         }
     content = {
         "command": before.get("command") if command is None else command,
         "environment": environment(),
         "version": environment()["wentry"],
         "drops": drops,
-        "stages": read_json(results / STAGES),
+        "stages": read_stages(results),
         "failures": failures,
         "notes": [list(row) for row in notes],
     }
