@@ -59,3 +59,26 @@ def test_the_end_of_the_terminal_is_a_termination(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout) == (128 + signal.SIGHUP, "in order\n")
     done = _shell(f"trap '' HUP; {sys.executable} -c {shlex.quote(code)}", tmp_path)
     assert (done.returncode, done.stdout) == (7, "in order\n")
+
+
+@pytest.mark.parametrize(
+    ("words", "relative"),
+    [
+        ("process {video} -o {results}", ""),
+        ("fit {results}", ""),
+        ("check {video}", ""),
+        ("process {video}", "results"),
+        ("process . -o {results}", "."),
+        ("status", "results"),
+        ("init .", "."),
+    ],
+)
+def test_a_current_directory_that_was_removed(
+    results: Path, rendered: Path, tmp_path: Path, words: str, relative: str
+) -> None:
+    line = words.format(video=rendered, results=results)
+    done = _shell(f"mkdir gone; cd gone; rmdir ../gone; wentry {line}", tmp_path)
+    assert done.returncode == (4 if relative else 0), done.stderr
+    if relative:
+        assert done.stderr.startswith(f"{relative}: is told from the current directory, which was removed")
+        assert done.stderr.count("\n") == 1
