@@ -10,9 +10,14 @@ from typing import Any
 import pytest
 
 from tests.cli.conftest import SMALL, call_wentry
+from wentry_cli.config.campaign import Drop
+from wentry_cli.errors import InputError
+from wentry_cli.pipeline import stages_of
 from wentry_cli.runner.edited import edited_tables
+from wentry_cli.runner.in_clip import check_before
 from wentry_cli.synthetic.campaign import render_drop
 from wentry_cli.synthetic.scene import Scene
+from wentry_cli.tables import new_table, write_table
 
 
 @pytest.fixture(scope="module")
@@ -89,3 +94,15 @@ def test_a_record_that_no_run_wrote_is_that_of_a_stage_that_has_not_run(
     assert call_wentry("fit", results) == 4
     assert "small: track: stage track has not run; run `wentry process` first" in capsys.readouterr().err
     assert call_wentry("report", results, "-n") == 0
+
+
+def test_a_first_peak_that_no_sphere_has_is_told_with_its_table(drop: Drop, tmp_path: Path) -> None:
+    (model,) = (stage for stage in stages_of("fit") if stage.name == "model")
+    for peak, later in ((1.4, 50.0), (50.0, 1.4)):
+        columns = {"period": [1, 2], "t_peak_s": [0.01, 0.02], "stretch_peak": [peak, later], "status": ["ok", "ok"]}
+        path = write_table(tmp_path, "periods", new_table("periods", columns))
+        if peak < 20.0:
+            check_before(tmp_path, model, drop)
+    with pytest.raises(InputError, match=r"periods\.csv: stretch_peak of period 1 is 50") as error:
+        check_before(tmp_path, model, drop)
+    assert str(error.value).startswith(str(path))

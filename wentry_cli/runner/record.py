@@ -6,6 +6,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
+from unicodedata import normalize
 
 from wentry_cli.config.campaign import Drop
 from wentry_cli.errors import InputError, NoDropError
@@ -30,8 +31,8 @@ def write_drop(results: Path, drop: Drop) -> None:
 def read_drops(results: Path) -> tuple[list[Drop], dict[str, str]]:
     """Every drop that was processed into ``results``, by name, with the material that a calibration knows better.
 
-    Those whose record is damaged come apart, with what to do about it. Raises ``InputError`` where there is no other,
-    ``NoDropError`` where there is none at all.
+    Those whose record is damaged or that of another drop come apart, with what to do about it. Raises ``InputError``
+    where there is no other, ``NoDropError`` where there is none at all.
     """
     if os.path.isfile(results):
         raise InputError(f"{results}: is a file; give the folder that `wentry process` wrote its results into")
@@ -44,14 +45,24 @@ def read_drops(results: Path) -> tuple[list[Drop], dict[str, str]]:
     damaged: dict[str, str] = {}
     for path in sorted(results.glob(f"*/{DROP}")):
         try:
-            drops.append(Drop.from_record(read_json(path)).with_calibration(results))
+            drop = Drop.from_record(read_json(path)).with_calibration(results)
         except (KeyError, ValueError, TypeError):
             damaged[path.parent.name] = f"{path}: damaged; run `wentry process` again on its video"
+            continue
+        if normalize("NFC", drop.name) == normalize("NFC", path.parent.name):  # some disks take letters apart
+            drops.append(drop)
+        else:
+            damaged[path.parent.name] = _of_another(path.parent, drop.name)
     if damaged and not drops:
         raise InputError("\n".join(damaged.values()))
     if not drops:
         raise NoDropError(f"{results}: holds no processed drop; run `wentry process VIDEO_DIR -o {results}` first")
     return drops, damaged
+
+
+def _of_another(folder: Path, name: str) -> str:
+    mend = "remove this copy" if (folder.parent / name).exists() else f"name the folder {name} again"
+    return f"{folder}: holds the results of the drop {name}; {mend}, or process a video as {folder.name} into it"
 
 
 def write_run(
