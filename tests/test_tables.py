@@ -98,6 +98,9 @@ def test_damaged_tables_are_refused(tmp_path: Path) -> None:
     (tmp_path / "neck.csv").write_text("frame,t_s,neck,y_m,radius_m,radius_m_unc\n1,0.1,1,inf,,\n")
     with pytest.raises(InputError, match=r"column y_m holds inf.* run cavity again"):
         read_table(tmp_path, "neck")
+    (tmp_path / "neck.csv").write_text("frame,t_s,neck,y_m,radius_m,radius_m_unc\n1,,1,,,\n2,,1,,,,,9\n")
+    with pytest.raises(InputError, match=r"^[^\n]*saw 8\); run the stage cavity again$"):
+        read_table(tmp_path, "neck")
     (tmp_path / "neck.csv").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(InputError):
         read_table(tmp_path, "neck")

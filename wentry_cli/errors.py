@@ -32,6 +32,11 @@ class NoDropError(InputError):
     """A folder holds no drop."""
 
 
+def on_one_line(error: Exception) -> str:
+    """What ``error`` of another program says, without the line breaks that it may hold."""
+    return " ".join(str(error).split())
+
+
 class Gathered:
     """Mistakes that do not hide one another, told together."""
 

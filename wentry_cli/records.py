@@ -1,4 +1,4 @@
-"""The JSON records beside the tables: ``drop.json`` and ``stages.json`` of a drop, ``run.json`` of them all."""
+"""What lies beside the tables: ``drop.json`` and ``stages.json`` of a drop, ``run.json`` of them all, lock and log."""
 
 from __future__ import annotations
 
@@ -6,11 +6,15 @@ import json
 from pathlib import Path
 from typing import Any
 
+from wentry_cli.schemas import TABLES
 from wentry_cli.tables import write_text
 
 DROP = "drop.json"
 STAGES = "stages.json"
 RUN = "run.json"
+ERROR_LOG = "error.log"
+LOCK = ".lock"
+_KINDS = {"fingerprint": dict, "outputs": dict, "warnings": list, "error": str, "exit_code": int}
 
 
 def read_json(path: Path) -> dict[str, Any]:
@@ -20,6 +24,18 @@ def read_json(path: Path) -> dict[str, Any]:
     except (OSError, ValueError, RecursionError):
         return {}
     return content if isinstance(content, dict) else {}
+
+
+def read_stages(folder: Path) -> dict[str, dict[str, Any]]:
+    """What ``stages.json`` in ``folder`` records, by stage; one whose entry no run of ours wrote has not run."""
+    return {name: entry for name, entry in read_json(folder / STAGES).items() if _is_entry(entry)}
+
+
+def _is_entry(entry: Any) -> bool:
+    if not isinstance(entry, dict) or not all(isinstance(entry.get(key, kind()), kind) for key, kind in _KINDS.items()):
+        return False
+    outputs = entry.get("outputs", {})  # tables of a drop, or files of the campaign
+    return all(name in TABLES or Path(name).suffix for name in outputs)
 
 
 def write_json(path: Path, content: dict[str, Any]) -> None:

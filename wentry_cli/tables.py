@@ -13,7 +13,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wentry_cli.errors import InputError
+from wentry_cli.errors import InputError, on_one_line
 from wentry_cli.schemas import TABLES, Table
 
 if TYPE_CHECKING:
@@ -205,7 +205,9 @@ def read_table(folder: Path, name: str) -> pd.DataFrame:
     except FileNotFoundError:
         raise InputError(f"{path}: missing; run `wentry process` (stage {table.stage}) first") from None
     except (ValueError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: not the table {name} ({error}); run the stage {table.stage} again") from error
+        raise InputError(
+            f"{path}: not the table {name} ({on_one_line(error)}); run the stage {table.stage} again"
+        ) from error
     missing = [column for column in table.columns if column.name not in frame.columns]
     if table.stage == "calibrate":  # these tables outlive a run: what an earlier version did not know is empty
         missing = [column for column in missing if not column.may_be_empty]

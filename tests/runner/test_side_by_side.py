@@ -49,3 +49,15 @@ def test_two_processes_do_five_drops_and_outlive_one_that_cannot_be_read(
     assert "ended with code 1" in told.pop("broken")
     assert all("side" in sentence for sentence in told.values())  # their folder of frames is empty
     assert len(started) == 3  # two to begin with, and one in place of that which broke down
+
+
+def test_a_process_whose_parent_was_killed_ends_without_a_word(
+    drop: Drop, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    ingest = [stage for stage in STAGES if stage.name == "ingest"]
+    pipe, worker = campaign._start(Work(tmp_path, ingest), drop)
+    pipe.close()
+    worker.process.join(60)
+    assert worker.process.exitcode == 1
+    assert capfd.readouterr().err == ""
+    assert not list(tmp_path.rglob("error.log"))

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
+
 from wentry_cli.config.campaign import Drop
-from wentry_cli.runner.record import write_drop
+from wentry_cli.errors import InputError
+from wentry_cli.runner.record import read_drops, write_drop
 from wentry_cli.runner.twice import warn_of_twice
 from wentry_cli.tables import new_table, write_table
 
@@ -40,3 +44,15 @@ def test_two_drops_in_one_recording_are_two(drop: Drop, tmp_path: Path) -> None:
     _measured(tmp_path, drop, "first", "a", (0, 200))
     _measured(tmp_path, drop, "second", "a", (201, 400))
     assert warn_of_twice(tmp_path) == []
+
+
+def test_results_under_the_name_of_another_drop_are_told(drop: Drop, tmp_path: Path) -> None:
+    _measured(tmp_path, drop, "e", "a")
+    shutil.copytree(tmp_path / "e", tmp_path / "f")
+    drops, damaged = read_drops(tmp_path)
+    assert [each.name for each in drops] == ["e"]
+    assert damaged["f"].startswith(f"{tmp_path / 'f'}: holds the results of the drop e; remove this copy, or process")
+    assert warn_of_twice(tmp_path) == []
+    shutil.rmtree(tmp_path / "e")
+    with pytest.raises(InputError, match="holds the results of the drop e; name the folder e again"):
+        read_drops(tmp_path)

@@ -17,7 +17,7 @@ CHAPTERS = (
     "smoothers", "delta_u", "solvers", "extremes", "calibrations", "throughput",
 )  # fmt: skip
 ALONE = ("throughput",)  # measures how fast the machine is when nothing else runs
-OUTPUT = click.Path(file_okay=False, path_type=Path)  # said before an hour is spent
+OUTPUT = opt.Location(file_okay=False, path_type=Path)  # said before an hour is spent
 
 
 @click.command(name="bench")

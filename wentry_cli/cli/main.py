@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import signal
 import sys
@@ -9,7 +10,8 @@ import sys
 import click
 
 from wentry_cli import __version__
-from wentry_cli.errors import WentryError
+from wentry_cli.cli.streams import give_up_output, open_missing_streams, why_unwritable
+from wentry_cli.errors import InputError, WentryError
 
 COMMANDS = {
     "process": "measure every drop of a folder of videos: frames, outlines, cavity, stretch, kinematics",
@@ -27,7 +29,7 @@ COMMANDS = {
     "doctor": "versions, codecs, a second OpenCV",
 }
 INTERRUPTED = 130
-TERMINATED = 143
+ENDED_BY_SIGNAL = 128  # and the number of the signal
 
 
 class _Commands(click.Group):
@@ -92,13 +94,31 @@ def run(words: list[str] | None = None) -> int:
     except BrokenPipeError:
         sys.stderr.close()
         return 0
+    except OSError as error:
+        sentence = why_unwritable(error)
+        if sentence is None:
+            raise
+        give_up_output()
+        with contextlib.suppress(OSError):  # stderr may lie on the same full disk
+            click.echo(sentence, err=True)
+        return InputError.exit_code
     return code if isinstance(code, int) else 0
 
 
 def main() -> None:
-    """Run the command line and leave with its exit code; a termination ends the drops in other processes too."""
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(TERMINATED))
+    """Run the command line and leave with its exit code; a termination ends the drops in other processes too.
+
+    So does the end of the terminal, unless it was asked to be outlived (``nohup``).
+    """
+    open_missing_streams()
+    signal.signal(signal.SIGTERM, _end)
+    if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, _end)
     sys.exit(run())
+
+
+def _end(number: int, _: object) -> None:
+    sys.exit(ENDED_BY_SIGNAL + number)
 
 
 if __name__ == "__main__":

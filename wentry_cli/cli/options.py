@@ -2,17 +2,37 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
 import click
 
+from wentry_cli.errors import InputError
 from wentry_cli.pipeline import campaign_stages_of, stages_of
 
 F = TypeVar("F", bound=Callable[..., Any])
-FOLDER = click.Path(path_type=Path)
 MOST_JOBS = 1024
+
+
+class Location(click.Path):
+    """A file or folder that exists, or may come to."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The path; raises ``InputError`` for a relative one where the current directory was removed."""
+        if not os.path.isabs(value):
+            try:
+                os.getcwd()
+            except OSError as gone:
+                raise InputError(
+                    f"{value}: is told from the current directory, which was removed; change into one that is there, "
+                    "or give whole paths"
+                ) from gone
+        return super().convert(value, param, ctx)
+
+
+FOLDER = Location(path_type=Path)
 
 video_dir = click.argument("video_dir", type=FOLDER)
 results_argument = click.argument("results", type=FOLDER, default=Path("results"), required=False)

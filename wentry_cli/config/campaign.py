@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from wentry_cli.config.corrections import Corrections, read_corrections
+from wentry_cli.config.drop_names import speakable
 from wentry_cli.config.inheritance import MATERIALS, Shared, find_materials, find_shared
 from wentry_cli.config.materials import Material, calibrated, find_material, packaged_config
 from wentry_cli.config.messages import located, validate, validate_part
 from wentry_cli.config.models import Experiment, View
 from wentry_cli.config.places import Document, KeyPath, followed, read_document
 from wentry_cli.config.plausible import refuse_implausible
-from wentry_cli.config.values import LONGEST_NAME, is_formula, is_one_line
 from wentry_cli.errors import ConfigurationError, Gathered, InputError, NoDropError
 
 PARTS = ("sphere", "liquid", "drop", "views", "analysis")
@@ -117,7 +117,8 @@ def find_drops(video_dir: Path) -> dict[str, Path]:
     Links are followed, except to a folder seen before or to one that holds ``video_dir``.
 
     Raises ``InputError`` where the folder is missing, where two drops would have one name, or one a name that breaks a
-    line, is a formula to a spreadsheet or too long for a folder; ``NoDropError`` where it holds no ``experiment.yaml``.
+    line, is a formula to a spreadsheet or too long for a folder; ``NoDropError`` where it holds no ``experiment.yaml``;
+    ``ConfigurationError`` where a drop has the name of a file of the tool's own in RESULTS.
     """
     if os.path.isfile(video_dir):  # unlike the path's own it takes a name that is too long
         raise InputError(f"{video_dir}: is a file; give the folder that holds {EXPERIMENT}, which names the recording")
@@ -125,7 +126,7 @@ def find_drops(video_dir: Path) -> dict[str, Path]:
         raise InputError(f"{video_dir}: no such folder; give the folder of a drop or of a campaign")
     root = video_dir.resolve()
     if (root / EXPERIMENT).is_file():
-        return {_speakable(root.name): video_dir}
+        return {speakable(root.name): video_dir}
     drops: dict[str, Path] = {}
     seen: set[str] = set()
     for folder, below, files in os.walk(video_dir, followlinks=True):
@@ -138,7 +139,7 @@ def find_drops(video_dir: Path) -> dict[str, Path]:
         if EXPERIMENT not in files:
             continue
         below.clear()
-        name = _speakable("__".join(Path(folder).relative_to(video_dir).parts))
+        name = speakable("__".join(Path(folder).relative_to(video_dir).parts))
         if name in drops:
             raise InputError(f"{folder}: its name {name} is that of {drops[name]}; rename one of the two folders")
         drops[name] = Path(folder)
@@ -158,23 +159,6 @@ def _view_of_drop_above(folder: Path) -> str | None:
         if folder in (path, path.parent):
             return view
     return None
-
-
-def _speakable(name: str) -> str:
-    """A drop is named in messages, tables and files; raises ``InputError`` where its folders' names spoil these."""
-    if not is_one_line(name):
-        raise InputError(f"{name!r}: a folder that holds a drop must have a name of one line of text; rename it")
-    size = len(os.fsencode(name))
-    if size > LONGEST_NAME:
-        raise InputError(
-            f"{name}: the name of a drop, its folders joined by __, is that of a folder in the results and has at most "
-            f"{LONGEST_NAME} bytes, not {size}; give VIDEO_DIR nearer to the drop, or rename its folders"
-        )
-    if is_formula(name):
-        raise InputError(
-            f"{name}: the name of a drop stands in tables, where {name.lstrip()[0]} begins a formula; rename its folder"
-        )
-    return name
 
 
 def read_drop(name: str, folder: Path, overrides: Document | None = None, top: Path | None = None) -> Drop:

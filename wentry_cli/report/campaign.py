@@ -15,7 +15,7 @@ from typing import Any
 import pandas as pd
 
 from wentry_cli.errors import WentryError
-from wentry_cli.records import DROP, RUN, STAGES, read_json
+from wentry_cli.records import DROP, RUN, read_json, read_stages
 from wentry_cli.schemas import TABLES
 from wentry_cli.tables import has_table, read_table
 
@@ -155,7 +155,7 @@ def _read_drop(folder: Path, name: str, row: dict[Any, Any] | None) -> DropResul
     experiment = read_json(folder / DROP).get("experiment")
     configuration = experiment if isinstance(experiment, dict) else {}
     summary = _configured(configuration) if row is None else {str(key): value for key, value in row.items()}
-    return DropResults(name, summary, tables, tuple(problems), configuration, read_json(folder / STAGES))
+    return DropResults(name, summary, tables, tuple(problems), configuration, read_stages(folder))
 
 
 def _configured(configuration: Mapping[str, Any]) -> dict[str, Any]:

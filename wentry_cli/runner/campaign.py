@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import multiprocessing
 import signal
+import sys
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from wentry_cli.config.campaign import Drop
 from wentry_cli.runner.drop import Event, Failure, Report, run_drop
@@ -121,11 +122,27 @@ def _in_child(work: Work, pipe: Connection) -> None:
         if event.what == "tick" and now - last_tick < 0.2:
             return
         last_tick = now if event.what == "tick" else last_tick
-        pipe.send(event)
+        _tell(pipe, event)
 
-    while (record := pipe.recv()) is not None:
+    while (record := _asked(pipe)) is not None:
         failure = run_drop(work.results, Drop.from_record(record), work.stages, work.choice, send)
         if failure is not None:
-            pipe.send(failure)
-        pipe.send(None)
+            _tell(pipe, failure)
+        _tell(pipe, None)
     pipe.close()
+
+
+def _tell(pipe: Connection, message: Event | Failure | None) -> None:
+    """Send ``message`` to the parent; where that was killed, end as if interrupted."""
+    try:
+        pipe.send(message)
+    except OSError:
+        sys.exit(1)
+
+
+def _asked(pipe: Connection) -> dict[str, Any] | None:
+    """The record of the next drop; ``None`` where there is none, or nobody to ask for it."""
+    try:
+        return cast("dict[str, Any] | None", pipe.recv())
+    except (EOFError, OSError):
+        return None

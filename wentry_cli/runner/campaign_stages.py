@@ -15,7 +15,7 @@ from wentry_cli.config.campaign import Drop
 from wentry_cli.errors import InputError, WentryError
 from wentry_cli.pipeline import CampaignStage, Stage
 from wentry_cli.provenance import digest_of, digest_of_file, environment, peak_memory_mb
-from wentry_cli.records import RUN, STAGES, read_json
+from wentry_cli.records import RUN, read_json, read_stages
 from wentry_cli.runner.drop import Event, Report, keep_traceback, sweep
 from wentry_cli.runner.plan import INTERRUPTED, UNCHANGED, Choice, Step, first_change, identity, not_complete
 from wentry_cli.runner.record import note_stage
@@ -95,12 +95,12 @@ def rewritten_by(steps: Mapping[str, Iterable[Step[Stage]]]) -> dict[str, str]:
 
 def why_stale(members: Members, stage: CampaignStage) -> str | None:
     """Why ``stage`` must run again, or ``None`` where what it wrote is that of today's tables."""
-    known: Any = read_json(members.results / STAGES).get(stage.name)
+    known: Any = read_stages(members.results).get(stage.name)
     reason = not_complete(known)
     if reason is not None:
         return reason
     written = _written(members.results, stage)
-    for name, digest in known["outputs"].items():
+    for name, digest in known.get("outputs", {}).items():
         if written.get(name) != digest:
             return f"{name} was changed or removed"
     return first_change(known["fingerprint"], fingerprint(members, stage, known["fingerprint"]))
@@ -142,7 +142,7 @@ def _identity(drop: Drop, view: str, before: str) -> str | None:
 
 def _told(results: Path, drops: list[Drop], what: str) -> list[Any]:
     """``what`` (``error`` or ``warnings``) the stages of each drop have left in its record."""
-    records = [read_json(results / drop.name / STAGES) for drop in drops]
+    records = [read_stages(results / drop.name) for drop in drops]
     return [[entry.get(what) for _, entry in sorted(one.items()) if isinstance(entry, dict)] for one in records]
 
 
@@ -207,7 +207,7 @@ def _run(members: Members, stage: CampaignStage, report: Report) -> float:
 
 def _forget(results: Path, stage: CampaignStage) -> None:
     """Remove what an earlier run of ``stage`` left, so that no table outlives its inputs."""
-    known = read_json(results / STAGES).get(stage.name)
+    known = read_stages(results).get(stage.name)
     for name in known.get("outputs", ()) if isinstance(known, dict) else ():
         (results / name).unlink(missing_ok=True)
     if known is not None:

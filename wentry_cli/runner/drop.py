@@ -17,7 +17,7 @@ from wentry_cli.frames.decoded import decoded_once
 from wentry_cli.pipeline import STAGES as ALL_STAGES
 from wentry_cli.pipeline import Stage
 from wentry_cli.provenance import digest_of_file, peak_memory_mb
-from wentry_cli.records import STAGES, read_json
+from wentry_cli.records import ERROR_LOG, read_stages
 from wentry_cli.runner.corrections import apply_corrections
 from wentry_cli.runner.edited import edited_tables
 from wentry_cli.runner.hearing import hear_warnings
@@ -25,8 +25,6 @@ from wentry_cli.runner.in_clip import check_before
 from wentry_cli.runner.plan import INTERRUPTED, Choice, as_read_by, fingerprint, plan
 from wentry_cli.runner.record import note_stage, write_drop
 from wentry_cli.tables import table_path, write_text
-
-ERROR_LOG = "error.log"
 
 
 @dataclass(frozen=True)
@@ -179,7 +177,7 @@ def _entry(folder: Path, stage: Stage, marks: dict[str, Any], error: WentryError
 def _forget(folder: Path, stage: Stage) -> None:
     """Remove what an earlier run of ``stage`` left, so that no table outlives its inputs."""
     _remove_tables(folder, stage)
-    if stage.name in read_json(folder / STAGES):
+    if stage.name in read_stages(folder):
         note_stage(folder, stage.name, None)
 
 

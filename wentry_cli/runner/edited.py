@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from wentry_cli.pipeline import stages_of
 from wentry_cli.provenance import digest_of_file
-from wentry_cli.records import STAGES, read_json
+from wentry_cli.records import read_stages
 from wentry_cli.tables import table_path
 
 
 def edited_tables(folder: Path) -> dict[str, str]:
     """The stage of each table of the drop in ``folder`` that was changed after the stage had written it."""
     found: dict[str, str] = {}
-    for stage, entry in read_json(folder / STAGES).items():
-        written: dict[str, Any] = entry.get("outputs", {}) if isinstance(entry, dict) else {}
-        for name, digest in written.items():
+    for stage, entry in read_stages(folder).items():
+        for name, digest in entry.get("outputs", {}).items():
             today = digest_of_file(table_path(folder, name))
             if today and today != digest:
                 found[name] = stage

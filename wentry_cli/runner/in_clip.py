@@ -13,13 +13,20 @@ from wentry_cli.tables import read_table
 
 
 def check_before(folder: Path, stage: Stage, drop: Drop) -> None:
-    """Refuse what is known to be wrong before ``stage`` runs; ``ConfigurationError`` with the place."""
+    """Refuse what is known to be wrong before ``stage`` runs; ``ConfigurationError`` with the place.
+
+    ``InputError`` with the table where that is what cannot be.
+    """
     given = drop.corrections
     if stage.name == "track" and (given.frames or given.impact):
         listed = read_table(folder, "frames")
         check_times(drop, {view: listed["time_s"][listed["view"] == view].tolist() for view in drop.experiment.sides})
     if stage.name == "cavity" and given.events:
         _check_events(folder, drop)
+    if stage.name == "model":
+        from wentry_cli.stages.inputs.peak import check_first_peak
+
+        check_first_peak(folder)
 
 
 def check_times(drop: Drop, time_s: Mapping[str, Sequence[float]]) -> None:

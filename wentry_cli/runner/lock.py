@@ -8,9 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from wentry_cli.errors import InputError, LockedError
+from wentry_cli.records import LOCK
 from wentry_cli.tables import make_folder
-
-LOCK = ".lock"
 
 
 @contextmanager

@@ -14,7 +14,7 @@ from wentry_cli import __version__
 from wentry_cli.config.campaign import Drop
 from wentry_cli.pipeline import CampaignStage, Stage
 from wentry_cli.provenance import digest_of, digest_of_file
-from wentry_cli.records import STAGES, read_json
+from wentry_cli.records import read_stages
 from wentry_cli.tables import table_path
 
 S = TypeVar("S", Stage, CampaignStage)
@@ -49,7 +49,7 @@ def as_read_by(stage: Stage, drop: Drop, results: Path) -> Drop:
 def plan(results: Path, drop: Drop, stages: list[Stage], choice: Choice) -> list[Step[Stage]]:
     """The steps for ``drop``, in order. A stage downstream of one that runs runs too, if it reads what that writes."""
     folder = results / drop.name
-    record = read_json(folder / STAGES)
+    record = read_stages(folder)
     steps: list[Step[Stage]] = []
     changing: dict[str, str] = {}
     for stage in stages:
@@ -132,7 +132,7 @@ def changed_by_hand(results: Path, drop: Drop, stages: list[Stage]) -> Step[Stag
 
     What became of tables and recordings since then does not matter.
     """
-    record = read_json(results / drop.name / STAGES)
+    record = read_stages(results / drop.name)
     for stage in stages:
         known: Any = record.get(stage.name)
         if stage.why_not(drop) is not None or not_complete(known) is not None:

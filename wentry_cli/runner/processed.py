@@ -8,7 +8,7 @@ from pathlib import Path
 from wentry_cli.config.campaign import Drop
 from wentry_cli.errors import InputError, NoDropError
 from wentry_cli.pipeline import stages_of
-from wentry_cli.records import RUN, STAGES, read_json
+from wentry_cli.records import RUN, read_json, read_stages
 from wentry_cli.runner.drop import Failure
 from wentry_cli.runner.edited import warn_of_edits
 from wentry_cli.runner.plan import INTERRUPTED
@@ -82,7 +82,7 @@ def _failed_before(results: Path, drop: Drop, command: str) -> list[Failure]:
     told = read_json(results / RUN).get("failures", {}).get(drop.name, {})
     if told.get("stage") == CONFIGURATION:
         return [Failure(drop.name, CONFIGURATION, int(told["exit_code"]), str(told["sentence"]))]
-    record = read_json(results / drop.name / STAGES)
+    record = read_stages(results / drop.name)
     for stage in stages_of(command):
         known = record.get(stage.name)
         if stage.why_not(drop) is not None:

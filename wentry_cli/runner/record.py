@@ -6,21 +6,21 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
+from unicodedata import normalize
 
 from wentry_cli.config.campaign import Drop
 from wentry_cli.errors import InputError, NoDropError
 from wentry_cli.provenance import digest_of, environment
-from wentry_cli.records import DROP, RUN, STAGES, read_json, write_json
+from wentry_cli.records import DROP, RUN, STAGES, read_json, read_stages, write_json
 
 
 def note_stage(folder: Path, name: str, entry: dict[str, Any] | None) -> None:
     """Set what ``stages.json`` in ``folder`` says of the stage ``name``; ``None`` takes it out."""
-    path = folder / STAGES
-    record = read_json(path)
+    record = read_stages(folder)
     record.pop(name, None)
     if entry is not None:
         record[name] = entry
-    write_json(path, record)
+    write_json(folder / STAGES, record)
 
 
 def write_drop(results: Path, drop: Drop) -> None:
@@ -31,8 +31,8 @@ def write_drop(results: Path, drop: Drop) -> None:
 def read_drops(results: Path) -> tuple[list[Drop], dict[str, str]]:
     """Every drop that was processed into ``results``, by name, with the material that a calibration knows better.
 
-    Those whose record is damaged come apart, with what to do about it. Raises ``InputError`` where there is no other,
-    ``NoDropError`` where there is none at all.
+    Those whose record is damaged or that of another drop come apart, with what to do about it. Raises ``InputError``
+    where there is no other, ``NoDropError`` where there is none at all.
     """
     if os.path.isfile(results):
         raise InputError(f"{results}: is a file; give the folder that `wentry process` wrote its results into")
@@ -45,14 +45,24 @@ def read_drops(results: Path) -> tuple[list[Drop], dict[str, str]]:
     damaged: dict[str, str] = {}
     for path in sorted(results.glob(f"*/{DROP}")):
         try:
-            drops.append(Drop.from_record(read_json(path)).with_calibration(results))
+            drop = Drop.from_record(read_json(path)).with_calibration(results)
         except (KeyError, ValueError, TypeError):
             damaged[path.parent.name] = f"{path}: damaged; run `wentry process` again on its video"
+            continue
+        if normalize("NFC", drop.name) == normalize("NFC", path.parent.name):  # some disks take letters apart
+            drops.append(drop)
+        else:
+            damaged[path.parent.name] = _of_another(path.parent, drop.name)
     if damaged and not drops:
         raise InputError("\n".join(damaged.values()))
     if not drops:
         raise NoDropError(f"{results}: holds no processed drop; run `wentry process VIDEO_DIR -o {results}` first")
     return drops, damaged
+
+
+def _of_another(folder: Path, name: str) -> str:
+    mend = "remove this copy" if (folder.parent / name).exists() else f"name the folder {name} again"
+    return f"{folder}: holds the results of the drop {name}; {mend}, or process a video as {folder.name} into it"
 
 
 def write_run(
@@ -79,14 +89,14 @@ def write_run(
             "configuration": record.get("experiment"),
             "configuration_hash": digest_of(record.get("experiment")),
             "material": record.get("material"),
-            "stages": read_json(path.parent / STAGES),
+            "stages": read_stages(path.parent),
         }
     content = {
         "command": before.get("command") if command is None else command,
         "environment": environment(),
         "version": environment()["wentry"],
         "drops": drops,
-        "stages": read_json(results / STAGES),
+        "stages": read_stages(results),
         "failures": failures,
         "notes": [list(row) for row in notes],
     }

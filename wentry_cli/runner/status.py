@@ -9,7 +9,7 @@ from wentry_cli.config.campaign import Drop
 from wentry_cli.errors import WentryError
 from wentry_cli.pipeline import CAMPAIGN_STAGES, Stage
 from wentry_cli.pipeline import STAGES as ALL_STAGES
-from wentry_cli.records import STAGES, read_json
+from wentry_cli.records import read_stages
 from wentry_cli.runner.campaign_stages import ALL_DROPS, Members, plan_campaign, rewritten_by
 from wentry_cli.runner.lock import is_locked
 from wentry_cli.runner.plan import INTERRUPTED, Choice, Step, plan
@@ -37,7 +37,7 @@ def campaign_status(results: Path, only: tuple[str, ...] = ()) -> States:
         failed = frozenset(failure.drop for failure in campaign.failures if failure.drop not in going)
         members = Members(results, campaign.drops, failed)
         rewritten = rewritten_by(going)
-        record = read_json(results / STAGES)
+        record = read_stages(results)
         over_all = plan_campaign(members, list(CAMPAIGN_STAGES), Choice(), rewritten)
         states[ALL_DROPS] = {step.stage.name: _state(step, record.get(step.stage.name), busy) for step in over_all}
     return states
@@ -48,7 +48,7 @@ def _has_failed(states: dict[str, tuple[str, str]]) -> bool:
 
 
 def _states(results: Path, drop: Drop, busy: bool) -> tuple[dict[str, tuple[str, str]], list[Step[Stage]]]:
-    record = read_json(results / drop.name / STAGES)
+    record = read_stages(results / drop.name)
     try:
         steps = plan(results, as_configured_today(results, drop), list(ALL_STAGES), Choice())
     except WentryError as wrong:

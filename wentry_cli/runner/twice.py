@@ -6,7 +6,7 @@ from pathlib import Path
 
 from wentry_cli.config.campaign import Drop
 from wentry_cli.errors import InputError
-from wentry_cli.records import STAGES, read_json
+from wentry_cli.records import read_stages
 from wentry_cli.runner.record import read_drops
 from wentry_cli.tables import has_table
 
@@ -38,8 +38,7 @@ def _parts(results: Path, drop: Drop) -> set[Part]:
     """The parts of recordings that ``drop`` was measured from, each by a word on what its files hold."""
     if not has_table(results / drop.name, "geometry"):
         return set()  # it counts nowhere
-    entry = read_json(results / drop.name / STAGES).get("ingest", {})
-    marks = entry.get("fingerprint", {}) if isinstance(entry, dict) else {}
+    marks = read_stages(results / drop.name).get("ingest", {}).get("fingerprint", {})
     found: set[Part] = set()
     for name in drop.experiment.sides:
         word = next((word for word in str(marks.get(f"recording {name}")).split() if word.startswith("content:")), None)
