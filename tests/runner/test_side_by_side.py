@@ -48,7 +48,8 @@ def test_two_processes_do_five_drops_and_outlive_one_that_cannot_be_read(
     assert list(told) == ["d0", "broken", "d1", "d2", "d3"]
     assert "ended with code 1" in told.pop("broken")
     assert all("side" in sentence for sentence in told.values())  # their folder of frames is empty
-    assert len(started) == 3  # two to begin with, and one in place of that which broke down
+    # two to begin with, and one in place of that which broke down, unless the other has done the rest before
+    assert 2 <= len(started) <= 3
 
 
 def test_a_process_whose_parent_was_killed_ends_without_a_word(
