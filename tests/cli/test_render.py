@@ -12,7 +12,6 @@ import yaml
 
 from tests.cli.conftest import SMALL, Command
 from wentry_cli import compiled
-from wentry_cli.compiled import FIRST_RUN
 from wentry_cli.config.materials import packaged_config, read_materials
 from wentry_cli.runner.lock import locked
 from wentry_cli.synthetic.frame_writers import ImageWriter
@@ -62,7 +61,7 @@ def test_a_full_disk_is_one_sentence(
     monkeypatch.setattr(ImageWriter, "write", full)
     done = wentry("render", scenes, "-o", tmp_path / "videos")
     assert done.code == 4
-    (said,) = (line for line in done.err.splitlines() if line != FIRST_RUN)
+    (said,) = (line for line in done.err.splitlines() if line != compiled.FIRST_RUN)
     assert said.startswith(f"{tmp_path / 'videos' / 'small'}: cannot be written (No space left on device)")
     assert not (tmp_path / "videos" / "small" / "experiment.yaml").exists()  # no drop for `wentry process`
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from wentry_cli.tracking.idle_clock import IdleClock, idle_times
+from wentry_cli.tracking.idle_clock import IdleClock, idle_times, stays_in_sight
 
 FALL = 0.01  # px per frame squared
 
@@ -52,3 +52,14 @@ def test_what_tells_nothing_is_not_told() -> None:
     assert idle_times(range(12), clock, lambda n: [0, 1, 2, 3, 4, 30, 31, 99, 100, 101, 102, 103][n] * 5.0) == []
     at_the_rim = 1e-3 * np.where(true > 0, true + 9.0, true)
     assert idle_times(range(12), at_the_rim, rows_at(true).__getitem__) == []
+
+
+def test_a_sphere_in_air_stays_in_sight_and_one_that_has_met_the_water_did_not() -> None:
+    nan = math.nan
+    falls = [nan, nan, *[25.0 + 0.1 * n for n in range(10)]]  # it comes into the picture
+    assert stays_in_sight(range(12), falls.__getitem__)
+    sealed = [25.0] * 8 + [nan] * 12 + [25.0] * 6
+    assert not stays_in_sight(range(26), sealed.__getitem__)
+    splash = [25.0] * 8 + [60.0] * 12 + [25.0] * 6
+    assert not stays_in_sight(range(26), splash.__getitem__)
+    assert not stays_in_sight(range(8), [*[25.0] * 7, nan].__getitem__)

@@ -13,6 +13,7 @@ LONG = 1.7  # intervals: less is unevenness
 ALIKE = 0.25  # how much steps of a sphere that keeps its way may differ
 LEAST_PX = 1.0  # a sphere that hardly moves tells nothing of the time
 MOST_LOOKED_AT = 8
+SOME, SAME_RADIUS = 16, 0.1
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,22 @@ class IdleClock:
     before: int
     after: int
     intervals: float
+
+
+def stays_in_sight(frames: Sequence[int], radius_of: Callable[[int], float]) -> bool:
+    """Whether a sphere, from where it is seen first, is seen with one radius up to the last of ``frames``.
+
+    In air it is; where it meets the water, surface, splash and cavity hide a part of it. ``radius_of`` gives the radius
+    of what is seen in a frame, NaN where nothing is, and is asked about some of them alone.
+    """
+    numbers = np.asarray(frames, dtype=np.intp)
+    some = numbers[np.unique(np.linspace(0, numbers.size - 1, SOME).astype(np.intp))]
+    radius = np.array([radius_of(int(frame)) for frame in some])
+    seen = np.isfinite(radius)
+    if not seen[-1]:
+        return False
+    radius = radius[int(np.argmax(seen)) :]
+    return bool(np.all(np.abs(radius - radius[-1]) < SAME_RADIUS * radius[-1]))
 
 
 def idle_times(frames: Sequence[int], time_s: Array, row_of: Callable[[int], float]) -> list[IdleClock]:

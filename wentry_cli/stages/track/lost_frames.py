@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.tracking.held import since
-from wentry_cli.tracking.idle_clock import IdleClock, idle_times
+from wentry_cli.tracking.idle_clock import IdleClock, idle_times, stays_in_sight
 from wentry_cli.tracking.lost_frames import LostFrames, lost_in_fall, lost_in_water
 from wentry_cli.tracking.seed import detect
 from wentry_cli.tracking.sighting import Sighting
@@ -51,15 +51,21 @@ def without_lost_time(
 def without_idle_time(drop: Drop, clip: Clip, ground: Background, radius_range: tuple[float, float]) -> None:
     """Leave out of ``clip`` the frames of a fall before a time that the clock tells and the sphere does not take.
 
-    As with lost frames, the clock starts at impact: the times before it are wrong, those after it are not.
+    As with lost frames, the clock starts at impact: the times before it are wrong, those after it are not. After the
+    impact, where the sphere may be seen by itself again, nothing is left out.
     """
 
-    def row_of(frame: int) -> float:
+    def sphere_in(frame: int) -> tuple[float, float]:
         seen = detect(clip, frame, ground, radius_range)
-        return seen[0].y if seen else math.nan
+        return (seen[0].y, seen[0].radius) if seen else (math.nan, math.nan)
 
     bad = {frame for frame, _ in clip.unreadable}
-    idle = idle_times([frame for frame in range(clip.count) if frame not in bad], clip.time_s, row_of)
+    frames = [frame for frame in range(clip.count) if frame not in bad]
+    idle = [
+        item
+        for item in idle_times(frames, clip.time_s, lambda frame: sphere_in(frame)[0])
+        if stays_in_sight(frames[: frames.index(item.after) + 1], lambda frame: sphere_in(frame)[1])
+    ]
     _tell_idle(drop, idle, "what was seen before that is left out")
     if idle:
         clip.leave_out(range(idle[-1].after))
