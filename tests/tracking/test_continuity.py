@@ -40,12 +40,22 @@ def a_kink(frame: int) -> tuple[float, float, float]:
     return x, y - 0.6 * max(frame - 34, 0), stretch
 
 
+def ringing(period: float) -> Motion:
+    """A sphere that the impact makes ring for a few periods of so many frames."""
+
+    def motion(frame: int) -> tuple[float, float, float]:
+        x, y, _ = soft(frame)
+        return x, y, 1.0 + 0.1 * math.exp(-frame / 6.0) * math.sin(2.0 * math.pi * frame / period)
+
+    return motion
+
+
 def seen(
-    motion: Motion, frames: list[int], seed: int, wrong: dict[int, tuple[float, ...]] | None = None
+    motion: Motion, frames: list[int], seed: int, wrong: dict[int, tuple[float, ...]] | None = None, *, noise: float = 1
 ) -> list[Sighting]:
     """Good sightings of a motion with noise; ``wrong`` is added to axis, centre and stretch of single frames."""
     rng = np.random.default_rng(seed)
-    unc = UNC * (1.0, 1.0, 0.0, float(motion is not rigid), 0.0)
+    unc = noise * UNC * (1.0, 1.0, 0.0, float(motion is not rigid), 0.0)
     found = []
     for frame in frames:
         x, y, stretch = np.array(motion(frame)) + (wrong or {}).get(frame, (0.0, 0.0, 0.0))
@@ -65,6 +75,21 @@ def refused(sightings: list[Sighting]) -> list[int]:
 def test_what_a_sphere_does_is_explained(motion: Motion, frames: list[int]) -> None:
     for seed in range(5):
         assert refused(seen(motion, frames, seed)) == []
+
+
+@pytest.mark.parametrize("count", [30, 60, 300])
+@pytest.mark.parametrize("period", [7.0, 8.0, 9.0, 10.0])
+def test_a_sphere_that_oscillates_within_a_few_frames_is_explained(period: float, count: int) -> None:
+    """However long the rest of the clip, in which nothing oscillates any more."""
+    for seed in range(5):
+        assert refused(seen(ringing(period), list(range(1, count)), seed, noise=0.3)) == []
+
+
+@pytest.mark.parametrize(("first", "count"), [(3, 1), (3, 2), (6, 2), (12, 4), (40, 4)])
+def test_what_lies_elsewhere_is_no_fast_oscillation(first: int, count: int) -> None:
+    wrong = dict.fromkeys(range(first, first + count), (3.0, -4.0, 0.07))
+    for seed in range(5):
+        assert refused(seen(ringing(8.0), list(range(1, 60)), seed, wrong, noise=0.3)) == sorted(wrong)
 
 
 @pytest.mark.parametrize(

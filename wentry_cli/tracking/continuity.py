@@ -2,15 +2,16 @@
 
 Axis, centre and stretch are judged together, with the covariance of the fit. Each of them is taken for a straight line
 in time and on it a Gaussian process with a squared-exponential kernel: motion of an amplitude that such a sphere has,
-none of it faster than an oscillation of ``SHORTEST_PERIOD`` frames. Where all motion is less smooth than that, or more
-so, what is usual nearby is the measure.
+none of it faster than an oscillation of 20 frames. Where that does not explain the sightings, the stretch may be that
+of a sphere that oscillates faster: of the ``PERIODS`` the one counts that makes them most likely, those that it does
+not explain being anywhere. Where all motion is less smooth than that, or more so, what is usual nearby is the measure.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -24,8 +25,7 @@ from wentry_cli.tracking.sighting import Sighting
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 JUDGED = [0, 1, 3]  # x, y and stretch in the order of ``PARAMETERS``
-SHORTEST_PERIOD = 20.0  # frames
-CORRELATED_FRAMES = SHORTEST_PERIOD / (2.0 * math.pi)
+PERIODS = (20.0, 14.0, 10.0, 7.0)  # frames: of the shortest oscillation; that of axis and centre is the first
 # Amplitudes of what is no straight line: of axis and centre in radii, of the stretch beside 1.5 times the median of
 # what it is off 1 nearby. Of the lines little is known: a radius (or 1) off, and a quarter of it a frame.
 ASIDE, DOWN, STRETCHED, OSCILLATES = 0.005, 0.02, 0.005, 1.5
@@ -47,7 +47,7 @@ class Course:
     """Good sightings of one sphere as numbers: n frames.
 
     ``values`` (n, 3) are axis (px), centre (px) and stretch, ``covariance`` (n, 3, 3), ``amplitude`` (n, 3) what they
-    may be off a straight line by, ``radius`` px.
+    may be off a straight line by, ``radius`` px, ``period`` that of the shortest oscillation of the stretch in frames.
     """
 
     frames: Array
@@ -55,6 +55,7 @@ class Course:
     covariance: Array
     amplitude: Array
     radius: float
+    period: float = PERIODS[0]
 
     @classmethod
     def of(cls, good: Sequence[Sighting]) -> Course:
@@ -69,7 +70,8 @@ class Course:
 
     def predict(self, at: Array, beside: Indices) -> tuple[Array, Array]:
         """Values (m, 3) at the frames ``at`` and their variances, from the sightings ``beside`` (m, k), −1 for none."""
-        return _predict(self.frames, self.values, self._noise(), self.amplitude, self.radius, at, beside)
+        correlated = np.array([PERIODS[0], PERIODS[0], self.period]) / (2.0 * math.pi)
+        return _predict(self.frames, self.values, self._noise(), self.amplitude, self.radius, correlated, at, beside)
 
     def _noise(self) -> Array:
         """Variances (n, 3) that frames do not have in common."""
@@ -77,16 +79,39 @@ class Course:
 
     def off(self, index: Indices, beside: Indices) -> Array:
         """How far the sightings ``index`` lie off what those ``beside`` them say: rms over the three, in deviations."""
+        return np.asarray(np.sqrt(self._squares(index, beside)[0] / len(JUDGED)))
+
+    def likelihood(self, keep: NDArray[np.bool_]) -> Array:
+        """Logarithm of how likely each sighting is (n,): one that is kept from its neighbours among those.
+
+        The others are wrong: as likely anywhere within a radius, with any stretch.
+        """
+        kept = np.flatnonzero(keep)
+        own = np.arange(kept.size)
+        squares, volume = self._squares(kept, _beside(kept, own, own + 1))
+        found = np.full(keep.size, -2.0 * math.log(self.radius))
+        found[kept] = -0.5 * (squares + volume + len(JUDGED) * math.log(2.0 * math.pi))
+        return found
+
+    def _squares(self, index: Indices, beside: Indices) -> tuple[Array, Array]:
+        """Squared deviations of sightings from what others say, and the logarithm of the determinant of the spread."""
         found, variance = self.predict(self.frames[index], beside)
         spread = self.covariance[index] + np.eye(3) * (variance + LEFT_OUT**2)[:, None, :]
         apart = self.values[index] - found
         squares = np.sum(apart * np.linalg.solve(spread, apart[:, :, None])[:, :, 0], axis=1)
-        return np.asarray(np.sqrt(squares / len(JUDGED)))
+        return squares, np.linalg.slogdet(spread)[1]
 
 
 @compiled
 def _predict(
-    frames: Array, values: Array, noise: Array, amplitude: Array, radius: float, at: Array, beside: Indices
+    frames: Array,
+    values: Array,
+    noise: Array,
+    amplitude: Array,
+    radius: float,
+    correlated: Array,
+    at: Array,
+    beside: Indices,
 ) -> tuple[Array, Array]:
     found, variance = np.empty((at.size, 3)), np.empty((at.size, 3))
     apart = np.empty(beside.shape[1])
@@ -103,10 +128,10 @@ def _predict(
             kernel, weight = np.empty((size, size)), np.empty(size)
             for i in range(size):
                 for j in range(i + 1):
-                    near = math.exp(-0.5 * ((apart[i] - apart[j]) / CORRELATED_FRAMES) ** 2)
+                    near = math.exp(-0.5 * ((apart[i] - apart[j]) / correlated[part]) ** 2)
                     kernel[i, j] = kernel[j, i] = moves * near + line + step * apart[i] * apart[j]
                 kernel[i, i] += noise[there[i], part]
-                weight[i] = moves * math.exp(-0.5 * (apart[i] / CORRELATED_FRAMES) ** 2) + line
+                weight[i] = moves * math.exp(-0.5 * (apart[i] / correlated[part]) ** 2) + line
             cross = weight.copy()
             factorise(kernel)
             substitute(kernel, weight)
@@ -130,6 +155,24 @@ def without_unexplained(sightings: Sequence[Sighting]) -> list[Sighting]:
 
 def explained(course: Course) -> NDArray[np.bool_]:
     """Which sightings smooth motion through the others explains.
+
+    Where some are not, their neighbourhood tells how fast the sphere oscillates there: an oscillation that has died
+    away is in no later sighting.
+    """
+    keep = _explained(course)
+    if keep.all() or np.count_nonzero(keep) < FEWEST:
+        return keep
+    courses = [course, *(replace(course, period=period) for period in PERIODS[1:])]
+    tried = np.array([keep, *(_explained(other) for other in courses[1:])])
+    likely = np.array([other.likelihood(kept) for other, kept in zip(courses, tried, strict=True)])
+    near = np.convolve(~keep, np.ones(AROUND))[AROUND // 2 : -(AROUND // 2)] > 0.5
+    for start, stop in _runs_of(near):
+        keep[start:stop] = tried[np.argmax(likely[:, start:stop].sum(axis=1)), start:stop]
+    return keep
+
+
+def _explained(course: Course) -> NDArray[np.bool_]:
+    """Which sightings smooth motion of the period of the course explains.
 
     A wrong one makes its neighbours look wrong too, and several in a row confirm one another: the run of up to
     ``LONGEST_RUN`` that is farthest off what those around it say goes first, then all are judged again, and at last
@@ -203,8 +246,7 @@ def _worst_runs(course: Course, kept: Indices, usual: Array, wrong: NDArray[np.b
     """In each group of neighbours of which one is wrong: the run (places in ``kept``) that is farthest off the rest."""
     near = np.convolve(wrong, np.ones(2 * BESIDE + 1))[BESIDE:-BESIDE] > 0.5
     found = []
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], near, [False]]).astype(int)))
-    for start, stop in edges.reshape(-1, 2):
+    for start, stop in _runs_of(near):
         runs = [(a, a + size) for size in range(1, LONGEST_RUN + 1) for a in range(start, stop - size + 1)]
         runs = [(a, b) for a, b in runs if wrong[a:b].any() and b - a < kept.size - 1]
         member = np.array([(place, a, b) for a, b in runs for place in range(a, b)])
@@ -212,3 +254,8 @@ def _worst_runs(course: Course, kept: Indices, usual: Array, wrong: NDArray[np.b
         own = np.repeat(np.arange(len(runs)), [b - a for a, b in runs])
         found.append(runs[int(np.argmax(np.bincount(own, squares) / np.bincount(own)))])
     return found
+
+
+def _runs_of(true: NDArray[np.bool_]) -> Indices:
+    """Start and stop of each run of what is true (m, 2)."""
+    return np.flatnonzero(np.diff(np.concatenate([[False], true, [False]]).astype(int))).reshape(-1, 2)
