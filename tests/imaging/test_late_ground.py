@@ -27,3 +27,22 @@ def test_a_surface_before_a_camera_that_shakes_is_ground() -> None:
     found = false_ground(scene(110.0, 160.0), scene(80.0, 20.0))
     assert found[100, 100]
     assert not found[:60].any()
+
+
+def test_the_edge_of_a_surface_above_a_mirror_image_is_ground() -> None:
+    """The band ends within a block; a twin of the falling sphere covers the ground from there on in the first frame."""
+    level = scene(80.0, 180.0)
+    level[38:46] = 80.0
+    first = level.copy()
+    first[46:100, 80:120] = 70.0
+    assert not false_ground(level, first).any()
+
+
+def test_the_core_of_a_cavity_below_the_edge_of_a_surface_is_no_ground() -> None:
+    level = scene(80.0, 160.0)
+    level[38:46] = 80.0
+    first = level.copy()
+    first[46:130, 75:125] = 70.0
+    found = false_ground(level, first)
+    assert found[100, 100]
+    assert not found[:60].any()

@@ -23,7 +23,7 @@ def false_ground(level: NDArray[np.float32], first: NDArray[Any]) -> NDArray[np.
     cover a place in all frames before the cavity is there, it is the brightest that is ever seen. Such a place is dark
     in the first frame, which no ground is that something else covers later, and its level lies below that of the
     ground around it; what stands in the picture from the beginning, a bar, a stain, is dark in the first frame too, and
-    as dark in the level.
+    as dark in the level. The dark band of the surface, which may end within a block, goes right across the picture.
     """
     rows, columns = level.shape
     known, begun = block_means(level), block_means(first)
@@ -35,11 +35,19 @@ def false_ground(level: NDArray[np.float32], first: NDArray[Any]) -> NDArray[np.
     covered[np.mean(covered, axis=1) > ACROSS] = False
     if not covered.any() or covered.all():
         return np.zeros(level.shape, bool)
-    around = fill_holes(np.where(covered, np.float32(np.nan), known))
-    fading = covered & (known < FADING * around)
+    even = known / _usual_of_rows(known, ~covered, ground)[:, None]
+    around = fill_holes(np.where(covered, np.float32(np.nan), even))
+    fading = covered & (even < FADING * around)
     _, label = cv2.connectedComponents(fading.astype(np.uint8))
-    cores = np.unique(label[fading & (known < CORE * around)])
+    cores = np.unique(label[fading & (even < CORE * around)])
     if not cores.any():
         return np.zeros(level.shape, bool)
     wide = cv2.dilate(np.isin(label, cores[cores > 0]).astype(np.uint8), np.ones((2 * EDGE_BLOCKS + 1,) * 2, np.uint8))
     return np.repeat(np.repeat((wide > 0) & covered, BLOCK_PX, 0), BLOCK_PX, 1)[:rows, :columns]
+
+
+def _usual_of_rows(known: NDArray[np.float32], plain: NDArray[np.bool_], ground: float) -> NDArray[np.float32]:
+    """Median level of each row where it is ``plain`` and known, that of the ``ground`` where nothing of it is."""
+    seen = plain & np.isfinite(known)
+    medians = (np.median(row[there]) if there.any() else ground for row, there in zip(known, seen, strict=True))
+    return np.fromiter(medians, np.float32, len(known))
