@@ -18,7 +18,7 @@ def rim_width(closed_s: float) -> np.ndarray:
 
 
 def looked_at(width: np.ndarray, frames: list[int]) -> dict[int, Rim]:
-    return {k: Rim(float(width[k]), 50.0, "ok") for k in frames}
+    return {k: Rim(float(width[k]), 50.0, "ok", 50) for k in frames}
 
 
 @pytest.mark.parametrize("closed_s", [0.0213, 0.0508, 0.1001])

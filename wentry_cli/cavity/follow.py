@@ -110,7 +110,7 @@ def _rows_of_sphere(sphere: SphereOutline, end: int) -> int:
 
 
 def _next_empty(profile: CavityProfile, radius_px: float) -> tuple[int, int]:
-    """Rows (first, behind the last) that will show nothing of the cavity in the next frame, as far as can be foretold."""
+    """Rows (first, behind the last) that will show nothing of it in the next frame, as far as can be foretold."""
     margin = CLEAR_ROWS + int(GROWTH * radius_px)
     return profile.empty_px[0] + margin, profile.empty_px[1] - margin
 

@@ -85,6 +85,36 @@ def transmission(region: Region, row: int, column: int) -> float:
 
 
 @compiled
+def transmission_of_row(region: Region, row: int, first: int, stop: int) -> NDArray[np.float32]:
+    """The transmission of the pixels of a row from ``first`` on, before ``stop``; NaN where masked."""
+    count, begin = stop - first, region.first + first
+    gain = region.gain[row, region.left + first : region.left + stop]
+    values = np.empty(count, np.float32)
+    if not region.packed:
+        levels = region.levels[row, begin : begin + count]
+        for column in range(count):
+            values[column] = np.float32(levels[column]) * gain[column]
+        return values
+    odd = begin & 1
+    pairs = (count - odd) // 2
+    stored = region.levels[row, 3 * ((begin + odd) // 2) :][: 3 * pairs]
+    even_gain, even = gain[odd:], values[odd:]  # slices that begin at 0 let the compiler use vector instructions
+    for pair in range(pairs):
+        high, middle, low = (
+            np.uint32(stored[3 * pair]),
+            np.uint32(stored[3 * pair + 1]),
+            np.uint32(stored[3 * pair + 2]),
+        )
+        even[2 * pair] = np.float32((high << 4) | (middle >> 4)) * even_gain[2 * pair]
+        even[2 * pair + 1] = np.float32(((middle & 15) << 8) | low) * even_gain[2 * pair + 1]
+    for column in range(0, odd):
+        values[column] = transmission(region, row, first + column)
+    for column in range(odd + 2 * pairs, count):
+        values[column] = transmission(region, row, first + column)
+    return values
+
+
+@compiled
 def _unpacked(stored: NDArray[np.uint8], row: int, pixel: int) -> int:
     """The grey level of one pixel of 12 bits, the most significant first, by its number from the begin of the row."""
     byte = (3 * pixel) >> 1

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wentry_cli.cavity.region import Region, transmission
-from wentry_cli.compiled import compiled
+from wentry_cli.cavity.region import Region, transmission, transmission_of_row
+from wentry_cli.compiled import compiled, reordered
 from wentry_cli.imaging.order_statistics import median_of
 
 Floats = NDArray[np.float64]
@@ -74,14 +75,22 @@ def find_edges(region: Region, spans: tuple[Ints, Ints], level: float, rim: int,
 @compiled
 def _missing_light(region: Region, row: int, span: tuple[int, int], light: tuple[float, float]) -> tuple[float, float]:
     """Width of a fully dark bar that takes away as much light as the row does, and the centre of what is missing."""
-    ground, dark = light
+    first = max(span[0] - 5, 0)
+    values = transmission_of_row(region, row, first, min(span[1] + 6, region.columns))
+    total, moment = _add_up(values, light)
+    return (total, first + moment / total) if total > 0.3 else (np.nan, np.nan)
+
+
+@reordered
+def _add_up(values: NDArray[np.float32], light: tuple[float, float]) -> tuple[float, float]:
+    """Sum of what is missing in ``values``, in units of the contrast, and its moment about the first."""
     total, moment = 0.0, 0.0
-    for column in range(max(span[0] - 5, 0), min(span[1] + 6, region.columns)):
-        missing = (ground - transmission(region, row, column)) / (ground - dark)
-        if np.isfinite(missing):
-            total += missing
-            moment += missing * column
-    return (total, moment / total) if total > 0.3 else (np.nan, np.nan)
+    for column in range(values.size):
+        missing = light[0] - values[column]
+        missing = 0.0 if math.isnan(missing) else missing  # masked
+        total += missing
+        moment += missing * column
+    return total / (light[0] - light[1]), moment / (light[0] - light[1])
 
 
 class _Shares(NamedTuple):

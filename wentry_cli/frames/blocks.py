@@ -29,8 +29,9 @@ class BlockFile:
     def read(self, offset: int, count: int, unread: tuple[int, int] = (0, 0)) -> NDArray[np.uint8]:
         """Return ``count`` bytes from ``offset`` as a view that is valid until the next call.
 
-        Of these the bytes ``unread`` (first, behind the last) are not read, and hold anything. Nothing is allocated before the request has been checked against the size of the file. Raises
-        ``FrameUnreadableError`` where the file ends earlier.
+        Of these the bytes ``unread`` (first, behind the last) are not read, and hold anything. Nothing is allocated
+        before the request has been checked against the size of the file. Raises ``FrameUnreadableError`` where the file
+        ends earlier.
         """
         if not self.close.alive:
             raise ValueError(f"{self.path}: read after it was closed")
