@@ -27,10 +27,12 @@ REFERENCE_ROWS, FEWEST_REFERENCES = 12, 5
 def _crossing(region: Region, row: int, start: int, stop: int, level: float) -> tuple[float, int]:
     """Where the row first falls below ``level`` from ``start`` on, walking towards ``stop``, and that pixel."""
     step = 1 if stop > start else -1
+    outside = transmission(region, row, start - step)
     for column in range(start, stop + step, step):
-        outside, inside = transmission(region, row, column - step), transmission(region, row, column)
+        inside = transmission(region, row, column)
         if inside < level <= outside:
             return column - step * (level - inside) / (outside - inside), column
+        outside = inside
     return np.nan, -1
 
 
