@@ -12,7 +12,7 @@ from wentry_cli.compiled import compiled
 from wentry_cli.imaging.order_statistics import linear_quantile
 
 SAMPLE = 2000  # pixels that tell the levels
-GROUND_EVERY = 2  # of them: there is far more ground than is needed
+GROUND_EVERY = 4  # of them: there is far more ground than is needed
 # Between black (0) and the ground (1): what is brighter than the first is ground, darker than the second dark, and a
 # wall brighter than the third is no wall. Where hardly anything is dark beside black, the sphere itself is black.
 BRIGHT, DARK, DARKEST_USEFUL = 0.7, 0.6, 0.75
