@@ -21,7 +21,7 @@ LONGEST_GAP = 12  # frames over which the sphere's place is carried on
 SHALLOWEST = 0.35  # in radii: the equator below the surface before there is a cavity to measure
 NARROWEST_REACH, WIDEST_REACH = 2.0, 6.0
 NARROWEST_PX = 8
-GROWTH = 0.25  # radii by which the body grows between two frames; where it grows more, a frame is read again
+GROWTH = 0.15  # radii by which the body grows between two frames; where it grows more, a frame is read again
 FEWEST_SPARED = 64  # rows that are worth not to be read
 
 
@@ -95,12 +95,12 @@ def _profile_within(
     try:
         region = read_region(frames, index, box, ground, unread)
         profile = measure_region(region, sphere, corner=(x0, y0), noise=ground.noise)
-        if profile is None:
+        if unread and (profile is None or profile.status != "ok"):  # it is not
             region = read_region(frames, index, box, ground)
             profile = measure_region(region, sphere, corner=(x0, y0), noise=ground.noise)
     except FrameUnreadableError as error:
         return empty_profile(error.status)
-    assert profile is not None
+    assert profile is not None  # all was read
     return profile
 
 
