@@ -17,6 +17,7 @@ DIGITS, FIRST, BEHIND = 9, 10**8, 10**9  # the numbers of nine digits
 EXACT_POWERS = np.array([10.0**k for k in range(23)])  # greater ones are no doubles
 LEAST, GREATEST = 1e-12, 1e20
 TEN = np.uint32(10)
+LOG10_OF_2 = math.log10(2.0)
 UNSURE = 1e-6  # of the last digit: ten times what scaling errs by
 FIXED = -4  # exponent below which %g changes to powers of ten
 CELL = 24  # bytes that the text of a number takes at most, with the comma behind it
@@ -70,7 +71,9 @@ def _write_number(value: float, end: int, out: Bytes) -> int:
         return end + 1
     if not LEAST <= size < GREATEST:
         return -1
-    exponent = math.floor(math.log10(size))
+    if size < BEHIND and size == math.floor(size):
+        return _write_whole(np.uint32(size), end, out)
+    exponent = math.floor((math.frexp(size)[1] - 1) * LOG10_OF_2)  # or one more
     scaled = _scaled(size, exponent)
     if scaled < FIRST or scaled >= BEHIND:
         exponent += 1 if scaled >= BEHIND else -1
@@ -83,6 +86,19 @@ def _write_number(value: float, end: int, out: Bytes) -> int:
         digits //= TEN
         exponent += 1
     return _write_digits(np.uint32(digits), exponent, end, out)
+
+
+@compiled
+def _write_whole(number: np.uint32, end: int, out: Bytes) -> int:
+    """Write a whole number of at most nine digits."""
+    count, rest = 1, number // TEN
+    while rest > 0:
+        rest //= TEN
+        count += 1
+    for place in range(count - 1, -1, -1):
+        out[end + place] = ZERO + number % TEN
+        number //= TEN
+    return end + count
 
 
 @compiled

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import astuple, replace
+
 import numpy as np
 import pytest
 
@@ -47,6 +49,16 @@ def test_jets_on_a_ragged_crown_are_not_its_rim(name: str, film: float) -> None:
     assert found.status == "ok"
     assert found.width_px == pytest.approx(120.0, abs=3.0)
     assert found.top_y_px == pytest.approx(10.0 + 119.0 - 60.0, abs=2.0)
+
+
+@pytest.mark.parametrize("axis", [140.0, 45.0])
+def test_rows_above_all_that_stands_there_tell_nothing(axis: float) -> None:
+    patch = crown(60.0, droplet=True)
+    whole = find_rim(patch, axis)
+    assert whole.highest_y_px == 69
+    cut = find_rim(replace(patch, values=patch.values[58:], y0=10 + 58), axis)
+    np.testing.assert_equal(astuple(cut), astuple(whole))
+    assert find_rim(replace(patch, values=patch.values[62:], y0=10 + 62), axis).highest_y_px == 72  # there may be more
 
 
 def test_nothing_over_the_axis_is_no_edge() -> None:

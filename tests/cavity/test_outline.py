@@ -68,3 +68,11 @@ def test_the_body_is_the_sphere_and_what_reaches_from_the_surface_over_the_axis(
         kept[label] |= bool(wide and rows.min() <= 12 and np.ptp(rows) + 1 >= 4)
     for found, wanted in zip(find_body(region, 0.5, (axis, reach, equator)), spans_of(kept[labels]), strict=True):
         np.testing.assert_array_equal(found, wanted)
+
+
+def test_what_was_not_read_ends_a_component() -> None:
+    values = np.ones((12, 9), np.float32)
+    values[1:11, 3:6] = 0.0
+    region = region_of_patch(Patch(values))._replace(unread=(4, 8))
+    for row, box in ((2, (3, 1, 5, 3)), (9, (3, 8, 5, 10))):
+        assert follow_outline(region, np.float32(0.5), row, 4, no_spans(12)) == box

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from wentry_cli.cavity.follow import measure_profiles, sphere_outlines
 from wentry_cli.errors import FrameUnreadableError
 from wentry_cli.imaging.background import build_background
-from wentry_cli.tracking.source import FrameArray
+from wentry_cli.tracking.source import FrameArray, StoredRows
 
 NAN = np.nan
 
@@ -61,3 +62,46 @@ def test_every_frame_below_the_surface_is_measured_and_a_torn_one_says_so(drawin
     profile = found[4]
     use = (profile.y_px > 50) & (profile.y_px < 175)
     np.testing.assert_allclose(0.5 * profile.width_px[use], 40.0 + 0.1 * profile.y_px[use], atol=0.25)
+
+
+class Stored(FrameArray):
+    """Frames as they lie in the file: of the rows that were not read nothing is known, here all dark."""
+
+    def __init__(self, values):
+        super().__init__(values)
+        self.unread = []
+
+    def stored_rows(self, index: int, rows: tuple[int, int], unread: tuple[int, int]) -> StoredRows:
+        levels = self.read(index)[rows[0] : rows[1]].copy()
+        levels[unread[0] - rows[0] : unread[1] - rows[0]] = 0
+        self.unread.append(unread[1] - unread[0])
+        return levels, 0, False
+
+
+def closed_cavity(drawing, end: float):
+    """A cavity whose upper part ends in the row ``end`` and whose lower part sits on the sphere."""
+
+    def half_width(y):
+        return np.where(y < end, 30.0, np.where(y > 420.0, 30.0, 0.0))
+
+    return drawing(half_width, sphere=(480.4, 50.0, 48.0), core=0.0, noise=0.01, shape=(560, 300))
+
+
+def test_rows_between_the_parts_of_a_closed_cavity_are_not_read_and_not_missed(drawing) -> None:
+    ends = [100.0, 97.0, 104.0, 240.0, 98.0, 98.0]  # a jet in the fourth frame
+    pictures = [closed_cavity(drawing, end) for end in ends]
+    stack = np.stack(
+        [(picture.patch(k).values.clip(0.0, 1.2) * 3000.0).astype(np.uint16) for k, picture in enumerate(pictures)]
+    )
+    ground = build_background(np.full((3, 560, 300), 3000, np.uint16), 4095.0, empty=True)
+    outlines = [pictures[0].outline()] * len(ends)
+    stored = Stored(stack)
+    found = dict(measure_profiles(stored, ground, outlines, surface_y_px=30.0, radius_px=47.0))
+    assert [unread > 80 for unread in stored.unread] == [False, True, True, True, False, True, True]
+    whole = dict(measure_profiles(FrameArray(stack), ground, outlines, surface_y_px=30.0, radius_px=47.0))
+    for frame, end in enumerate(ends):
+        assert found[frame].status == whole[frame].status == "ok"
+        open_rows = found[frame].width_px > 0
+        np.testing.assert_array_equal(open_rows, whole[frame].width_px > 0)
+        assert found[frame].y_px[open_rows][found[frame].y_px[open_rows] < 400][-1] == pytest.approx(end, abs=2.0)
+        np.testing.assert_allclose(found[frame].width_px[open_rows], whole[frame].width_px[open_rows], atol=0.02)

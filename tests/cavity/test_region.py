@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from wentry_cli.cavity.region import read_region, transmission
+from wentry_cli.cavity.region import read_region, transmission, transmission_of_row, was_read
 from wentry_cli.imaging.background import Background
 from wentry_cli.tracking.source import FrameArray
 
@@ -27,11 +27,14 @@ class PackedFrames:
     count: int = 1
     full_scale: float = 4095.0
 
-    def packed_rows(self, index: int, rows: tuple[int, int]) -> tuple[NDArray[np.uint8], int]:
+    def stored_rows(
+        self, index: int, rows: tuple[int, int], unread: tuple[int, int]
+    ) -> tuple[NDArray[np.uint8], int, bool]:
         """The rows of the frame, two pixels in three bytes."""
         even, odd = LEVELS[index, rows[0] : rows[1], ::2], LEVELS[index, rows[0] : rows[1], 1::2]
         stored = np.stack([even >> 4, ((even & 15) << 4) | (odd >> 8), odd & 255], axis=2)
-        return np.ascontiguousarray(stored.reshape(rows[1] - rows[0], -1).astype(np.uint8)), self.first
+        stored[unread[0] - rows[0] : unread[1] - rows[0]] = 0
+        return np.ascontiguousarray(stored.reshape(rows[1] - rows[0], -1).astype(np.uint8)), self.first, True
 
     def read(self, index: int, region: tuple[int, int, int, int] | None = None) -> NDArray[Any]:
         """Nothing is to be unpacked."""
@@ -50,3 +53,23 @@ def test_packed_pixels_have_the_transmission_of_unpacked_ones(first: int, x0: in
         for column in range(10 - x0):
             wanted = np.float32(LEVELS[0, 2 + row, first + x0 + column]) * GAIN[2 + row, x0 + column]
             assert transmission(packed, row, column) == transmission(plain, row, column) == wanted
+
+
+@pytest.mark.parametrize("first", [0, 1, 4])
+@pytest.mark.parametrize("columns", [(0, 10), (1, 10), (2, 9), (5, 6)])
+def test_a_row_at_once_is_its_pixels_one_by_one(first: int, columns: tuple[int, int]) -> None:
+    packed = read_region(PackedFrames(first), 0, (0, 2, 10, 7), GROUND)
+    plain = read_region(FrameArray(LEVELS[:, :, first : first + 10]), 0, (0, 2, 10, 7), GROUND)
+    for region in (packed, plain):
+        pixels = [transmission(region, 3, column) for column in range(*columns)]
+        np.testing.assert_array_equal(transmission_of_row(region, 3, *columns), pixels)
+
+
+def test_rows_may_stay_unread_where_that_saves_time() -> None:
+    part = read_region(PackedFrames(1), 0, (0, 1, 10, 9), GROUND, (3, 6))
+    assert [was_read(part, row) for row in range(8)] == [True, True, False, False, False, True, True, True]
+    whole = read_region(PackedFrames(1), 0, (0, 1, 10, 9), GROUND)
+    for row in (1, 5):
+        assert transmission(part, row, 4) == transmission(whole, row, 4) > 0.0
+    plain = read_region(FrameArray(LEVELS), 0, (0, 1, 10, 9), GROUND, (3, 6))
+    assert all(was_read(plain, row) for row in range(8))

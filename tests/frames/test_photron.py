@@ -48,26 +48,47 @@ def test_twelve_bit_packed_where_rows_and_frames_start_at_half_a_byte(tmp_path: 
             np.testing.assert_array_equal(recording.read(index, region), levels[index, height // 2 :, x0:])
 
 
-def test_packed_rows_are_those_of_the_file_cropped_and_never_turned(tmp_path: Path) -> None:
+def test_stored_rows_are_those_of_the_file_cropped_and_never_turned(tmp_path: Path) -> None:
     levels = grey(6, 5, 4095, frames=3)
     header = cihx(bits=12, depth=12, width=6, height=5)
     recording = open_recording(write_photron(tmp_path, header, pack_bits(levels, 12)))
     part = orient(GivenRate(recording, 1000.0), roi_px=(1, 2, 5, 5), frames=(1, 2))
-    stored, first = part.packed_rows(1, (1, 3)) or (EIGHT[0], -1)
+    stored, first, packed = part.stored_rows(1, (1, 3), (3, 3)) or (EIGHT[0], -1, False)
+    assert packed
     a, b, c = np.moveaxis(stored.reshape(2, 3, 3).astype(int), 2, 0)
     pixels = np.stack([(a << 4) | (b >> 4), ((b & 15) << 8) | c], axis=2).reshape(2, 6)
     np.testing.assert_array_equal(pixels[:, first : first + 4], levels[2, 3:5, 1:5])
-    assert orient(recording, rotate=180).packed_rows(0, (0, 5)) is None
-    assert orient(recording, flip="h").packed_rows(0, (0, 5)) is None
+    assert orient(recording, rotate=180).stored_rows(0, (0, 5), (5, 5)) is None
+    assert orient(recording, flip="h").stored_rows(0, (0, 5), (5, 5)) is None
 
 
-@pytest.mark.parametrize(("width", "bits"), [(5, 12), (6, 16), (6, 8)])
-def test_rows_that_are_not_packed_or_begin_within_a_byte_are_not_given(tmp_path: Path, width: int, bits: int) -> None:
-    levels = grey(width, 4, 2**bits - 1, frames=3)
-    header = cihx(bits=bits, depth=bits, width=width, height=4)
-    data = pack_bits(levels, 12) if bits == 12 else levels.astype(f"<u{bits // 8}").tobytes()
-    recording = open_recording(write_photron(tmp_path, header, data))
-    assert orient(recording).packed_rows(0, (0, 4)) is None
+@pytest.mark.parametrize("bits", [8, 16])
+def test_whole_words_are_stored_as_they_are(tmp_path: Path, bits: int) -> None:
+    levels = grey(6, 5, 2**bits - 1, frames=3)
+    header = cihx(bits=bits, depth=bits, width=6, height=5)
+    recording = open_recording(write_photron(tmp_path, header, levels.astype(f"<u{bits // 8}").tobytes()))
+    stored, first, packed = orient(recording, roi_px=(2, 1, 6, 5)).stored_rows(1, (0, 3), (3, 3)) or (EIGHT, 0, True)
+    assert (first, packed) == (2, False)
+    np.testing.assert_array_equal(stored, levels[1, 1:4])
+
+
+def test_rows_between_may_stay_unread(tmp_path: Path) -> None:
+    levels = grey(6, 5, 255, frames=3)
+    recording = open_recording(
+        write_photron(tmp_path, cihx(bits=8, depth=8, width=6, height=5), levels.astype(np.uint8).tobytes())
+    )
+    oriented = orient(recording)
+    oriented.read(0)
+    stored, _, _ = oriented.stored_rows(1, (0, 5), (1, 4)) or (EIGHT, 0, True)
+    np.testing.assert_array_equal(stored[[0, 4]], levels[1, [0, 4]])
+    np.testing.assert_array_equal(stored[1:4], levels[0, 1:4])  # what the buffer held
+
+
+def test_rows_that_begin_within_a_byte_are_not_given(tmp_path: Path) -> None:
+    levels = grey(5, 4, 4095, frames=3)
+    header = cihx(bits=12, depth=12, width=5, height=4)
+    recording = open_recording(write_photron(tmp_path, header, pack_bits(levels, 12)))
+    assert orient(recording).stored_rows(0, (0, 4), (4, 4)) is None
 
 
 @pytest.mark.parametrize(("side", "stored"), [("Lower", 1), ("Higher", 16)])

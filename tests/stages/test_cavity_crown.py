@@ -1,11 +1,16 @@
 """The crown is looked at in every few frames, and in every one of them while it may be closing."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from wentry_cli.cavity.crown import Rim
 from wentry_cli.cavity.dome_over import find_rim_closure
+from wentry_cli.cavity.profile import SphereOutline
+from wentry_cli.imaging.background import build_background
 from wentry_cli.stages.cavity import crown
+from wentry_cli.tracking.source import FrameArray
 
 T = 0.0005 * np.arange(400)
 
@@ -18,7 +23,7 @@ def rim_width(closed_s: float) -> np.ndarray:
 
 
 def looked_at(width: np.ndarray, frames: list[int]) -> dict[int, Rim]:
-    return {k: Rim(float(width[k]), 50.0, "ok") for k in frames}
+    return {k: Rim(float(width[k]), 50.0, "ok", 50) for k in frames}
 
 
 @pytest.mark.parametrize("closed_s", [0.0213, 0.0508, 0.1001])
@@ -39,3 +44,28 @@ def test_a_crown_that_stays_open_or_is_not_seen_costs_no_second_look() -> None:
     assert crown._while_closing(looked_at(np.full(T.size, 80.0), frames[:: crown.COARSE]), frames) == []
     assert crown._while_closing({}, frames) == []
     assert crown._while_closing({}, []) == []
+
+
+class Counted(FrameArray):
+    """Counts the rows that are read."""
+
+    rows = 0
+
+    def read(self, index, region=None):
+        self.rows += region[3] - region[1]
+        return super().read(index, region)
+
+
+def test_no_more_rows_are_read_than_the_crown_fills_and_one_that_shoots_up_is_seen_whole() -> None:
+    heights = [30, 34, 40, 120, 118, 20, 22, 21, 20]
+    stack = np.full((len(heights), 200, 300), 180, np.uint8)
+    for frame, height in zip(stack, heights, strict=True):
+        frame[180 - height :, 110:191] = 60
+    clip = Counted(stack)
+    ground = build_background(np.full((3, 200, 300), 180, np.uint8), 255.0, empty=True)
+    spheres = [SphereOutline(150.0, 230.0, 30.0, 30.0)] * len(heights)
+    view = SimpleNamespace(spheres=spheres, radius_px=30.0, pixels=SimpleNamespace(surface_y_px=180.0))
+    rims = crown._rims(clip, ground, view, range(len(heights)))
+    assert [rims[k].top_y_px for k in range(len(heights))] == [180.0 - height for height in heights]
+    assert all(rim.width_px == 81.0 for rim in rims.values())
+    assert clip.rows < 0.65 * len(heights) * 174

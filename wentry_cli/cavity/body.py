@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.cavity.outline import Spans, follow_outline, is_dark, no_spans
-from wentry_cli.cavity.region import Region, transmission
+from wentry_cli.cavity.region import Region, transmission, was_read
 from wentry_cli.compiled import compiled
 
 SURFACE_ROWS = 12  # where the surface band may reach, and a cavity that has left it is still followed
@@ -29,7 +29,7 @@ def find_body(region: Region, level: float, sphere: tuple[int, int, int]) -> Spa
     for row in range(rows):
         known[row] = body[0][row] <= axis <= body[1][row]
     for row in range(rows):
-        if known[row] or not is_dark(region, dark, row, axis):
+        if known[row] or not was_read(region, row) or not is_dark(region, dark, row, axis):
             continue
         left, top, right, bottom = follow_outline(region, dark, row, axis, part)
         for line in range(top, bottom + 1):
@@ -84,6 +84,18 @@ def _move(part: Spans, rows: tuple[int, int], body: Spans, belongs: bool) -> Non
             body[0][row] = min(body[0][row], part[0][row]) if seen else part[0][row]
             body[1][row] = max(body[1][row], part[1][row])
         part[0][row], part[1][row] = -1, -1
+
+
+@compiled
+def longest_gap(body: Spans) -> tuple[int, int]:
+    """The rows (first, behind the last) of the longest stretch without any of the body."""
+    longest, begin = (0, 0), 0
+    for row in range(body[0].size):
+        if body[0][row] >= 0:
+            begin = row + 1
+        elif row + 1 - begin > longest[1] - longest[0]:
+            longest = begin, row + 1
+    return longest
 
 
 @compiled

@@ -25,12 +25,14 @@ STEEPEST = 6  # px by which a leaning wall widens from row to row, both sides to
 class Rim:
     """Width of the crown at its rim, px, and the row of the rim in the full frame; NaN unless ``status`` is ``ok``.
 
-    ``no_edge``: no crown stands over the axis; ``out_of_frame``: it reaches beyond the patch.
+    ``no_edge``: no crown stands over the axis; ``out_of_frame``: it reaches beyond the patch. ``highest_y_px`` is the
+    highest row of all that stands on the last rows of the patch: what lies above it tells nothing.
     """
 
     width_px: float
     top_y_px: float
     status: str
+    highest_y_px: int
 
 
 def find_rim(patch: Patch, axis_x_px: float) -> Rim:
@@ -43,33 +45,35 @@ def find_rim(patch: Patch, axis_x_px: float) -> Rim:
     level = 1.0 - max(FAINTEST, 5.0 * patch.noise_floor)
     parts = find_dark_parts(patch.values, level, diagonal=False)
     runs = (parts.row, parts.first, parts.last, parts.label)
-    width, top = _rim_of_crown(runs, parts.boxes, round(axis_x_px) - patch.x0, parts.shape)
-    if top < 0:
-        return Rim(float("nan"), float("nan"), "no_edge")
-    if top == 0:
-        return Rim(float("nan"), float("nan"), "out_of_frame")
-    return Rim(float(width), float(top + patch.y0), "ok")
+    width, top, highest = _rim_of_crown(runs, parts.boxes, round(axis_x_px) - patch.x0, parts.shape)
+    if top <= 0:
+        return Rim(float("nan"), float("nan"), "no_edge" if top < 0 else "out_of_frame", highest + patch.y0)
+    return Rim(float(width), float(top + patch.y0), "ok", highest + patch.y0)
 
 
 @compiled
 def _rim_of_crown(
     runs: tuple[Ints, Ints, Ints, Ints], boxes: Ints, axis: int, shape: tuple[int, int]
-) -> tuple[float, int]:
-    """Width and row of the rim of the largest part that stands on the last rows and crosses ``axis``; −1 for none."""
+) -> tuple[float, int, int]:
+    """Width and row of the rim of the largest part that stands on the last rows and crosses ``axis``; −1 for none.
+
+    And the highest row of all parts that stand there.
+    """
     row, label, rows = runs[0], runs[3], shape[0]
     standing = np.zeros(boxes.shape[0], np.bool_)
     for run in range(row.size):
         if row[run] >= rows - 3:
             standing[label[run]] = True
-    best = -1
+    best, highest = -1, rows
     for part in range(boxes.shape[0]):
         left, top, right, bottom, area = boxes[part]
+        highest = min(highest, top) if standing[part] else highest
         if not standing[part] or not left <= axis <= right or bottom - top + 1 <= LOWEST_RIM_PX:
             continue
         if best < 0 or area > boxes[best, 4]:
             best = part
     if best < 0:
-        return np.nan, -1
+        return np.nan, -1, highest
     across, dark = _rows_of_part(runs, best, shape)
     top = _rim_row(dark, boxes[best, 1])
     spans, count = np.empty(RIM_ROWS[1] - RIM_ROWS[0]), 0
@@ -77,7 +81,7 @@ def _rim_of_crown(
         if across[line] > 0:
             spans[count] = across[line]
             count += 1
-    return median_of(spans, count), top
+    return median_of(spans, count), top, highest
 
 
 @compiled

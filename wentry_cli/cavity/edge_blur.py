@@ -13,7 +13,7 @@ from wentry_cli.imaging.order_statistics import median_of
 
 Floats = NDArray[np.float64]
 
-EVERY = 2  # rows: enough of them for a median
+EVERY = 4  # rows: enough of them for a median
 STEEPEST_LEAN = 1.0  # px per row: where a wall leans more, hardly anything is left of its own blur
 THICK_PX = 4.0  # a wall that darkens as far as it can
 FEWEST_EDGES = 12

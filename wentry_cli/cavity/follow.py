@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from wentry_cli.cavity.profile import CavityProfile, SphereOutline, empty_profile, measure_region, rows_of
+from wentry_cli.cavity.profile import CLEAR_ROWS, CavityProfile, SphereOutline, empty_profile, measure_region, rows_of
 from wentry_cli.cavity.region import read_region
 from wentry_cli.compiled import compiled
 from wentry_cli.errors import FrameUnreadableError
@@ -21,6 +21,8 @@ LONGEST_GAP = 12  # frames over which the sphere's place is carried on
 SHALLOWEST = 0.35  # in radii: the equator below the surface before there is a cavity to measure
 NARROWEST_REACH, WIDEST_REACH = 2.0, 6.0
 NARROWEST_PX = 8
+GROWTH = 0.15  # radii by which the body grows between two frames; where it grows more, a frame is read again
+FEWEST_SPARED = 64  # rows that are worth not to be read
 
 
 def sphere_outlines(x_px: Floats, y_px: Floats, radius_px: float, stretch: Floats) -> list[SphereOutline | None]:
@@ -59,31 +61,58 @@ def measure_profiles(
 ) -> Iterator[tuple[int, CavityProfile]]:
     """Measure the cavity in every frame with a sphere below the surface; yields frame and profile.
 
-    Only the rows between surface and sphere are read, and the columns that the cavity of the frame before leaves room
-    to grow into. A frame that cannot be read yields an empty profile with its status.
+    Only the rows between surface and sphere are read, without those between both parts of a cavity that has closed, and
+    the columns that the cavity of the frame before leaves room to grow into. A frame that cannot be read yields an
+    empty profile with its status.
     """
-    reach = NARROWEST_REACH * radius_px
+    reach, empty = NARROWEST_REACH * radius_px, (0, 0)
     for index, sphere in enumerate(spheres):
         if sphere is None or sphere.y_px - surface_y_px < SHALLOWEST * radius_px:
             continue
-        profile = _profile_within(frames, index, ground, sphere, reach=reach, surface_y_px=surface_y_px)
+        x0, x1 = max(0, int(sphere.x_px - reach)), min(frames.shape[1], int(sphere.x_px + reach) + 2)
+        y0, y1 = rows_of(sphere, surface_y_px, (0, frames.shape[0]))
+        profile = _profile_within(frames, index, ground, sphere, box=(x0, y0, x1, y1), empty=empty)
         yield index, profile
         reach = _next_reach(profile, sphere, reach, radius_px)
+        empty = _next_empty(profile, radius_px)
 
 
 def _profile_within(
-    frames: Frames, index: int, ground: Background, sphere: SphereOutline, *, reach: float, surface_y_px: float
+    frames: Frames,
+    index: int,
+    ground: Background,
+    sphere: SphereOutline,
+    *,
+    box: tuple[int, int, int, int],
+    empty: tuple[int, int],
 ) -> CavityProfile:
-    """The profile of frame ``index``, of which the columns within ``reach`` of the sphere's axis are looked at."""
-    x0, x1 = max(0, int(sphere.x_px - reach)), min(frames.shape[1], int(sphere.x_px + reach) + 2)
-    y0, y1 = rows_of(sphere, surface_y_px, (0, frames.shape[0]))
+    """The profile of frame ``index`` within ``box``; rows ``empty`` show nothing of it if it is as foretold."""
+    x0, y0, x1, y1 = box
     if x1 - x0 < NARROWEST_PX or y1 <= y0:
         return empty_profile("out_of_frame")
+    last = _rows_of_sphere(sphere, y1)
+    unread = (empty[0], min(empty[1], last)) if y0 < empty[0] < min(empty[1], last) - FEWEST_SPARED else None
     try:
-        region = read_region(frames, index, (x0, y0, x1, y1), ground)
+        region = read_region(frames, index, box, ground, unread)
+        profile = measure_region(region, sphere, corner=(x0, y0), noise=ground.noise)
+        if unread and (profile is None or profile.status != "ok"):  # it is not
+            region = read_region(frames, index, box, ground)
+            profile = measure_region(region, sphere, corner=(x0, y0), noise=ground.noise)
     except FrameUnreadableError as error:
         return empty_profile(error.status)
-    return measure_region(region, sphere, corner=(x0, y0), noise=ground.noise)
+    assert profile is not None  # all was read
+    return profile
+
+
+def _rows_of_sphere(sphere: SphereOutline, end: int) -> int:
+    """First of the rows before ``end`` that tell where the sphere is and how black."""
+    return int(min(sphere.y_px, end - 1) - sphere.across_px)
+
+
+def _next_empty(profile: CavityProfile, radius_px: float) -> tuple[int, int]:
+    """Rows (first, behind the last) that will show nothing of it in the next frame, as far as can be foretold."""
+    margin = CLEAR_ROWS + int(GROWTH * radius_px)
+    return profile.empty_px[0] + margin, profile.empty_px[1] - margin
 
 
 def _next_reach(profile: CavityProfile, sphere: SphereOutline, reach: float, radius_px: float) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from operator import mul
 
 import numpy as np
 from numpy.typing import NDArray
@@ -156,10 +157,9 @@ def _beyond(value: float, one: float, other: float) -> float:
 
 def _line(at: Sequence[int], values: Sequence[float]) -> tuple[float, float]:
     """Value at 0 and slope of the least-squares line: for eight numbers faster than arrays."""
-    middle, mean = sum(at) / len(at), sum(values) / len(values)
-    away = [place - middle for place in at]
-    slope = sum(a * (v - mean) for a, v in zip(away, values, strict=True)) / sum(a * a for a in away)
-    return mean - slope * middle, slope
+    count, first, total = len(at), sum(at), sum(values)
+    slope = (count * sum(map(mul, at, values)) - first * total) / (count * sum(map(mul, at, at)) - first * first)
+    return (total - slope * first) / count, slope
 
 
 class NeckFollower:

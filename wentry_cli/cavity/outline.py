@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from wentry_cli.cavity.region import Region, transmission
+from wentry_cli.cavity.region import Region, piece_of, transmission
 from wentry_cli.compiled import compiled
 
 Ints = NDArray[np.int32]
@@ -34,13 +34,15 @@ def is_dark(region: Region, dark: np.float32, row: int, column: int) -> bool:
 def follow_outline(region: Region, dark: np.float32, row: int, column: int, spans: Spans) -> tuple[int, int, int, int]:
     """Fill ``spans`` with the component of the dark pixel (row, column); its box: left, top, right, bottom, included.
 
-    Pixels that touch at a corner belong together. From the pixel to the left, the first border is followed; if it is
-    that of a hole, one goes on from its leftmost pixel. ``spans`` is without any before.
+    Pixels that touch at a corner belong together, and rows that were not read end it. From the pixel to the left, the
+    first border is followed; if it is that of a hole, one goes on from its leftmost pixel. ``spans`` is without any
+    before.
     """
+    piece = piece_of(region, row)
     while True:
         while column > 0 and is_dark(region, dark, row, column - 1):
             column -= 1
-        (left, top, right, bottom), at, outer = _follow_border(region, dark, row, column, spans)
+        (left, top, right, bottom), at, outer = _follow_border(region, dark, (row, column), piece, spans)
         if outer:
             return left, top, right, bottom
         spans[0][top : bottom + 1], spans[1][top : bottom + 1] = -1, -1
@@ -49,15 +51,15 @@ def follow_outline(region: Region, dark: np.float32, row: int, column: int, span
 
 @compiled
 def _follow_border(
-    region: Region, dark: np.float32, row: int, column: int, spans: Spans
+    region: Region, dark: np.float32, start: tuple[int, int], piece: tuple[int, int], spans: Spans
 ) -> tuple[tuple[int, int, int, int], int, bool]:
     """Go clockwise round the border that begins to the left of a dark pixel: box, row of its leftmost pixel, outer?
 
     Border following after Moore; it ends where the first step would be made again. ``outer`` tells that the component
-    lies within its border, not around it.
+    lies within its border, not around it; ``start`` is a row and a column, ``piece`` rows (first, behind the last).
     """
     first, last = spans
-    start_row, start_column = row, column
+    row, column = start
     left, top, right, bottom, at = column, row, column, row, row
     begin, first_step, area = LEFT + 1, -1, 0
     while True:
@@ -66,8 +68,8 @@ def _follow_border(
         if column < left:
             left, at = column, row
         top, right, bottom = min(top, row), max(right, column), max(bottom, row)
-        step = _next_step(region, dark, row, column, begin)
-        if step < 0 or (step == first_step and row == start_row and column == start_column):
+        step = _next_step(region, dark, (row, column), piece, begin)
+        if step < 0 or (step == first_step and row == start[0] and column == start[1]):
             return (left, top, right, bottom), at, area >= 0
         if first_step < 0:
             first_step = step
@@ -77,12 +79,15 @@ def _follow_border(
 
 
 @compiled
-def _next_step(region: Region, dark: np.float32, row: int, column: int, begin: int) -> int:
-    """The first dark neighbour clockwise from ``begin`` on; -1 where there is none."""
-    rows, columns = region.levels.shape[0], region.columns
+def _next_step(region: Region, dark: np.float32, at: tuple[int, int], piece: tuple[int, int], begin: int) -> int:
+    """The first dark neighbour within ``piece`` clockwise from ``begin`` on; -1 where there is none."""
     for turn in range(8):
         step = (begin + turn) & 7
-        to_row, to_column = row + DOWN[step], column + ACROSS[step]
-        if 0 <= to_row < rows and 0 <= to_column < columns and is_dark(region, dark, to_row, to_column):
+        to_row, to_column = at[0] + DOWN[step], at[1] + ACROSS[step]
+        if (
+            piece[0] <= to_row < piece[1]
+            and 0 <= to_column < region.columns
+            and is_dark(region, dark, to_row, to_column)
+        ):
             return step
     return -1

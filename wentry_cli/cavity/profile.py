@@ -8,27 +8,24 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from wentry_cli.cavity.body import SURFACE_ROWS, find_body, find_closed_rows
+from wentry_cli.cavity.body import SURFACE_ROWS, find_body, find_closed_rows, longest_gap
 from wentry_cli.cavity.edge_blur import TYPICAL_PX, measure_blur
 from wentry_cli.cavity.ledge import find_ledges, mend_beside
-from wentry_cli.cavity.region import Region, region_of_patch, transmission
-from wentry_cli.cavity.row_edges import find_edges, mend_thin_walls
+from wentry_cli.cavity.levels import DARKEST_USEFUL, faint_level, find_levels
+from wentry_cli.cavity.outline import Ints, Spans
+from wentry_cli.cavity.region import Region, region_of_patch
+from wentry_cli.cavity.row_edges import MEASURED_PX, REFERENCE_WALL, THICK_PX, find_edges, mend_thin_walls
 from wentry_cli.cavity.wall_smoothing import smooth_wall
 from wentry_cli.compiled import compiled
-from wentry_cli.imaging.order_statistics import linear_quantile
 from wentry_cli.imaging.patch import Patch
 
 Floats = NDArray[np.float64]
 
 RIM_PX = 3  # a row that is dark up to the rim of the patch belongs to the surface band
-FAINTEST = 0.25  # of the contrast: what is darker than that belongs to a wall, however thin
-SAMPLE = 6000  # pixels that tell the levels
-# Between black (0) and the ground (1): what is brighter than the first is ground, darker than the second dark, and a
-# wall brighter than the third is no wall. Where hardly anything is dark beside black, the sphere itself is black.
-BRIGHT, DARK, DARKEST_USEFUL = 0.7, 0.6, 0.75
-FAINTEST_SPHERE, HARDLY_ANY = 0.9, 0.05
 FEWEST_ROWS = 8
 CUT_OFF = 0.1  # of the rows: so many walls reach the rim of a region that is too narrow
+CLEAR_ROWS = 26  # beyond the body: so far the blur of a ledge is looked at
+NOT_SEEN, NOT_READ = -1, -2  # instead of the first row of the body
 
 
 @dataclass(frozen=True)
@@ -54,7 +51,8 @@ class CavityProfile:
     edges, NaN where not seen and equal (on the axis) in rows where the cavity has closed. ``top_y_px`` is the highest
     row in which any of it is dark, ``edge_unc_px`` the standard uncertainty of one smoothed edge, ``blur_px`` the
     standard deviation of the blur of lens and pixel, ``ledges_y_px`` (m,) the rows of ledges of the wall. ``cut_off``
-    tells that a wall reaches the rim of the patch well below the surface. ``status`` is ``ok``, ``no_edge`` (no
+    tells that a wall reaches the rim of the patch well below the surface, ``empty_px`` are the rows (first, behind the
+    last) of the longest stretch of the patch that shows nothing of it. ``status`` is ``ok``, ``no_edge`` (no
     cavity in sight) or ``out_of_frame`` (nothing between surface and sphere lies in the patch).
     """
 
@@ -68,6 +66,7 @@ class CavityProfile:
     status: str
     blur_px: float = TYPICAL_PX
     ledges_y_px: Floats = field(default_factory=lambda: np.empty(0))
+    empty_px: tuple[int, int] = (0, 0)
 
     @property
     def width_px(self) -> Floats:
@@ -91,11 +90,12 @@ def _open_rows(y: Floats, left: Floats, right: Floats, lowest: float, step: int)
 
 def measure_profile(patch: Patch, sphere: SphereOutline, *, surface_y_px: float) -> CavityProfile:
     """Measure the silhouette of the cavity between the surface and the equator of the sphere (``measure_region``)."""
-    columns = (patch.x0, patch.x0 + patch.values.shape[1])
     first, bottom = rows_of(sphere, surface_y_px, (patch.y0, patch.y0 + patch.values.shape[0]))
     part = patch.values[max(first - patch.y0, 0) : max(bottom - patch.y0, 0)]
     region = region_of_patch(replace(patch, values=part))
-    return measure_region(region, sphere, corner=(columns[0], first), noise=patch.noise_floor)
+    profile = measure_region(region, sphere, corner=(patch.x0, first), noise=patch.noise_floor)
+    assert profile is not None
+    return profile
 
 
 def rows_of(sphere: SphereOutline, surface_y_px: float, seen: tuple[int, int]) -> tuple[int, int]:
@@ -103,14 +103,17 @@ def rows_of(sphere: SphereOutline, surface_y_px: float, seen: tuple[int, int]) -
     return max(math.ceil(surface_y_px) + 1, seen[0]), min(int(sphere.y_px + 0.5 * sphere.along_px), seen[1])
 
 
-def measure_region(region: Region, sphere: SphereOutline, *, corner: tuple[int, int], noise: float) -> CavityProfile:
+def measure_region(
+    region: Region, sphere: SphereOutline, *, corner: tuple[int, int], noise: float
+) -> CavityProfile | None:
     """Measure the silhouette of the cavity in the rows of ``region`` down to the equator of the sphere.
 
     ``corner`` is column and row of the first pixel of the region in the frame, ``noise`` the standard deviation of its
     plain ground. The dark component that holds the sphere, and every other one that reaches from the surface over the
     axis, are filled from their outermost left to their outermost right pixel: a bright core, a lamp mirrored in it and
     bubbles inside do not count. Edges are half-level crossings along the row, smoothed over ± 3 rows by a
-    local parabola, never across a jump of the wall; outward bumps are left out.
+    local parabola, never across a jump of the wall; outward bumps are left out. None where that takes rows of the
+    region that were not read.
     """
     x0, first = corner
     rows = min(math.floor(sphere.y_px) - first + 1, region.levels.shape[0])
@@ -120,9 +123,9 @@ def measure_region(region: Region, sphere: SphereOutline, *, corner: tuple[int, 
     equator = min(max(round(sphere.y_px) - first, 0), region.levels.shape[0] - 1)
     places = (axis, max(int(0.35 * sphere.across_px), 2), equator)
     above = max(min(int(sphere.top_y_px) - 2 - first, rows), 0)
-    left, right, top, unc, dark, cut_off, blur, ledges = _measure(region, places, (rows, above), noise)
+    left, right, top, unc, dark, cut_off, blur, ledges, empty = _measure(region, places, (rows, above), noise)
     if top < 0:
-        return empty_profile("no_edge")
+        return empty_profile("no_edge") if top == NOT_SEEN else None
     _place_walls(left, right, x0, sphere.x_px - x0)
     return CavityProfile(
         y_px=np.arange(float(first), float(first + rows)),
@@ -135,6 +138,7 @@ def measure_region(region: Region, sphere: SphereOutline, *, corner: tuple[int, 
         status="ok",
         blur_px=blur,
         ledges_y_px=first + ledges,
+        empty_px=(first + empty[0], first + empty[1]),
     )
 
 
@@ -150,24 +154,24 @@ def _place_walls(left: Floats, right: Floats, x0: int, axis: float) -> None:
 @compiled
 def _measure(
     region: Region, sphere: tuple[int, int, int], counts: tuple[int, int], noise: float
-) -> tuple[Floats, Floats, int, float, float, bool, float, Floats]:
+) -> tuple[Floats, Floats, int, float, float, bool, float, Floats, tuple[int, int]]:
     """Both walls (n,) outwards from the first column, infinite where closed; what else ``CavityProfile`` holds.
 
-    In order: left and right wall, first row of the body (-1 where no cavity is seen), uncertainty of an edge, level of
-    the dark, whether it is cut off, blur, rows of ledges. ``counts`` are the rows of the profile and those whose light
-    the sphere does not take away.
+    In order: left and right wall, first row of the body (or why there is none), uncertainty of an edge, level of the
+    dark, whether it is cut off, blur, rows of ledges, longest stretch without the body. ``counts`` are the rows of the
+    profile and those whose light the sphere does not take away.
     """
     rows, above = counts
-    nothing = (np.empty(0), np.empty(0), -1, np.nan, np.nan, False, np.nan, np.empty(0))
-    ground, dark, black = _levels(region, sphere)
+    ground, dark, black = find_levels(region, sphere)
     if not dark < (black + DARKEST_USEFUL * (1.0 - black)) * ground:
-        return nothing
+        return _nothing(NOT_SEEN)
     half = 0.5 * (ground + dark)
-    spans = find_body(region, _faint_level(ground, dark, noise), sphere)
+    spans = find_body(region, faint_level(ground, dark, noise), sphere)
+    if _touches(spans, region.unread):
+        return _nothing(NOT_READ)
     body_spans = (spans[0][:rows], spans[1][:rows])
-    left, right, wall = find_edges(region, body_spans, half, RIM_PX)
+    left, right, wall, blur = _edges(region, body_spans, above, (ground, dark))
     clear = (left[:above], right[:above], wall[:above])
-    blur = measure_blur(region, clear, (ground, dark))
     ledges = find_ledges(region, body_spans, (ground, dark), blur)
     mend_thin_walls(region, spans, clear, (ground, dark), blur, RIM_PX)
     mend_beside(region, (left, right), ledges, (ground, dark), blur)
@@ -179,7 +183,7 @@ def _measure(
             if min(spans[0][row], region.columns - 1 - spans[1][row]) < RIM_PX:
                 left[row], right[row] = -np.inf, np.inf
     if seen < FEWEST_ROWS:
-        return nothing
+        return _nothing(NOT_SEEN)
     closed = find_closed_rows(region, spans, rows, half)
     for row in range(rows):
         if closed[row]:
@@ -193,73 +197,42 @@ def _measure(
     while spans[0][top] < 0:
         top += 1
     unc = 0.5 * math.hypot(left_spread, right_spread)
-    return left, right, top, unc, dark / ground, hidden > CUT_OFF * rows, blur, ledges
+    return left, right, top, unc, dark / ground, hidden > CUT_OFF * rows, blur, ledges, longest_gap(spans)
+
+
+@compiled
+def _nothing(why: int) -> tuple[Floats, Floats, int, float, float, bool, float, Floats, tuple[int, int]]:
+    return np.empty(0), np.empty(0), why, np.nan, np.nan, False, np.nan, np.empty(0), (0, 0)
+
+
+@compiled
+def _touches(spans: Spans, unread: tuple[int, int]) -> bool:
+    """Whether the body comes so near to rows that were not read that these may count."""
+    if unread[0] == unread[1]:
+        return False
+    for row in range(max(unread[0] - CLEAR_ROWS, 0), min(unread[1] + CLEAR_ROWS, spans[0].size)):
+        if spans[0][row] >= 0:
+            return True
+    return False
+
+
+@compiled
+def _edges(
+    region: Region, spans: tuple[Ints, Ints], above: int, light: tuple[float, float]
+) -> tuple[Floats, Floats, Floats, float]:
+    """Left and right edge and the thickness of the walls in every row, and the blur of those ``above`` the sphere.
+
+    The walls are measured out as far as that blur makes it worth while.
+    """
+    half = 0.5 * (light[0] + light[1])
+    left, right, wall = find_edges(region, spans, half, RIM_PX, MEASURED_PX)
+    blur = measure_blur(region, (left[:above], right[:above], wall[:above]), light)
+    if REFERENCE_WALL * blur > MEASURED_PX:
+        left, right, wall = find_edges(region, spans, half, RIM_PX, THICK_PX)
+    return left, right, wall, blur
 
 
 def empty_profile(status: str) -> CavityProfile:
     """Return a profile without rows and the status that says why."""
     none = np.empty(0)
     return CavityProfile(none, none, none, float("nan"), float("nan"), float("nan"), False, status)
-
-
-@compiled
-def _levels(region: Region, sphere: tuple[int, int, int]) -> tuple[float, float, float]:
-    """Return the level of the ground (its upper half), of the dark walls and of black, from some thousands of pixels.
-
-    ``sphere`` as in `find_body`.
-    """
-    rows, columns = region.levels.shape[0], region.columns
-    apart = max(4, int(math.sqrt(rows * columns / SAMPLE)))
-    sample = np.empty(((rows + apart - 1) // apart) * ((columns + apart - 1) // apart), np.float32)
-    seen = 0
-    for row in range(0, rows, apart):
-        for column in range(0, columns, apart):
-            value = transmission(region, row, column)
-            if np.isfinite(value):
-                sample[seen] = value
-                seen += 1
-    if seen < 50:
-        return 1.0, 1.0, 0.0
-    ground, dark, share = _split(sample[:seen], 0.0)
-    if share > HARDLY_ANY:
-        return ground, dark, 0.0
-    black = _level_within(region, sphere)
-    if not black < FAINTEST_SPHERE:
-        return ground, dark, 0.0
-    ground, dark, _ = _split(sample[:seen], black)
-    return ground, dark, black
-
-
-@compiled
-def _split(sample: NDArray[np.float32], black: float) -> tuple[float, float, float]:
-    """Levels of ground and dark of a sample, equal where next to nothing is dark, and the share that is."""
-    part, count = np.empty_like(sample), 0
-    for value in sample:
-        part[count] = value  # one that does not count is written over
-        count += 1 if value > black + BRIGHT * (1.0 - black) else 0
-    ground = linear_quantile(part, count, 0.5) if count else 1.0
-    count = 0
-    for value in sample:
-        part[count] = value
-        count += 1 if value < (black + DARK * (1.0 - black)) * ground else 0
-    return ground, linear_quantile(part, count, 0.3) if count >= 8 else ground, count / sample.size
-
-
-@compiled
-def _level_within(region: Region, sphere: tuple[int, int, int]) -> float:
-    """Mean level of the sphere about its centre; 1 where it is not in the region."""
-    axis, reach, equator = sphere
-    total, count = 0.0, 0
-    for row in range(max(equator - reach, 0), min(equator + 1, region.levels.shape[0])):
-        for column in range(max(axis - reach, 0), min(axis + reach + 1, region.columns)):
-            value = transmission(region, row, column)
-            if np.isfinite(value):
-                total += value
-                count += 1
-    return total / count if count else 1.0
-
-
-@compiled
-def _faint_level(ground: float, dark: float, noise: float) -> float:
-    """Level below which a pixel counts as dark: a quarter of the contrast, or five standard deviations of noise."""
-    return ground - min(max(FAINTEST * (ground - dark), 5.0 * noise), 0.5 * (ground - dark))

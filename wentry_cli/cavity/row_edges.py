@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wentry_cli.cavity.region import Region, transmission
-from wentry_cli.compiled import compiled
+from wentry_cli.cavity.region import Region, transmission, transmission_of_row
+from wentry_cli.compiled import compiled, reordered
 from wentry_cli.imaging.order_statistics import median_of
 
 Floats = NDArray[np.float64]
@@ -18,7 +19,7 @@ Edges = tuple[Floats, Floats, Floats]
 
 THIN_WALL = (1.6, 2.6)  # in units of the blur: thinner than that its two sides overlap, thicker they do not
 REFERENCE_WALL = 3.1  # in the same units: a wall that tells what light the rows take away
-THICK_PX = 12
+MEASURED_PX, THICK_PX = 5, 12  # what is thicker is not measured out: where walls are sharp, and where they are not
 REFERENCE_ROWS, FEWEST_REFERENCES = 12, 5
 
 
@@ -26,22 +27,25 @@ REFERENCE_ROWS, FEWEST_REFERENCES = 12, 5
 def _crossing(region: Region, row: int, start: int, stop: int, level: float) -> tuple[float, int]:
     """Where the row first falls below ``level`` from ``start`` on, walking towards ``stop``, and that pixel."""
     step = 1 if stop > start else -1
+    outside = transmission(region, row, start - step)
     for column in range(start, stop + step, step):
-        outside, inside = transmission(region, row, column - step), transmission(region, row, column)
+        inside = transmission(region, row, column)
         if inside < level <= outside:
             return column - step * (level - inside) / (outside - inside), column
+        outside = inside
     return np.nan, -1
 
 
 @compiled
-def _wall_thickness(region: Region, row: int, start: int, stop: int, level: float) -> float:
-    """Pixels from ``start`` towards ``stop`` until the row rises above ``level``; what is thick is not measured out."""
+def _wall_thickness(region: Region, row: int, ends: tuple[int, int], level: float, most: int) -> int:
+    """Pixels between ``ends``, from the first on, until the row rises above ``level``; ``most`` where it is thicker."""
+    start, stop = ends
     step = 1 if stop > start else -1
-    most = min(abs(stop - start) + 1, THICK_PX)
+    most = min(abs(stop - start) + 1, most)
     for away in range(most):
         if transmission(region, row, start + step * away) >= level:
-            return float(away)
-    return float(most)
+            return away
+    return most
 
 
 @compiled
@@ -50,10 +54,11 @@ def _clear_of_rim(first: int, last: int, columns: int, rim: int) -> bool:
 
 
 @compiled
-def find_edges(region: Region, spans: tuple[Ints, Ints], level: float, rim: int) -> Edges:
+def find_edges(region: Region, spans: tuple[Ints, Ints], level: float, rim: int, thick_px: int) -> Edges:
     """Outermost half-level crossings per row, at most four pixels inside the outermost dark pixel; the thinner wall.
 
-    ``spans`` are the first and the last column of the body per row, -1 where there is none.
+    ``spans`` are the first and the last column of the body per row, -1 where there is none; a wall is measured up to
+    ``thick_px``.
     """
     rows, columns = spans[0].size, region.columns
     left, right, wall = np.full(rows, np.nan), np.full(rows, np.nan), np.zeros(rows)
@@ -64,31 +69,39 @@ def find_edges(region: Region, spans: tuple[Ints, Ints], level: float, rim: int)
         left[row], left_dark = _crossing(region, row, first, min(first + 4, last), level)
         right[row], right_dark = _crossing(region, row, last, max(last - 4, first), level)
         if left_dark >= 0 and right_dark >= left_dark:
-            left_wall = _wall_thickness(region, row, left_dark, right_dark, level)
-            right_wall = _wall_thickness(region, row, right_dark, left_dark, level)
-            wall[row] = min(left_wall, right_wall)
+            left_wall = _wall_thickness(region, row, (left_dark, right_dark), level, thick_px)
+            wall[row] = _wall_thickness(region, row, (right_dark, left_dark), level, left_wall)
     return left, right, wall
 
 
 @compiled
 def _missing_light(region: Region, row: int, span: tuple[int, int], light: tuple[float, float]) -> tuple[float, float]:
     """Width of a fully dark bar that takes away as much light as the row does, and the centre of what is missing."""
-    ground, dark = light
+    first = max(span[0] - 5, 0)
+    values = transmission_of_row(region, row, first, min(span[1] + 6, region.columns))
+    total, moment = _add_up(values, light)
+    return (total, first + moment / total) if total > 0.3 else (np.nan, np.nan)
+
+
+@reordered
+def _add_up(values: NDArray[np.float32], light: tuple[float, float]) -> tuple[float, float]:
+    """Sum of what is missing in ``values``, in units of the contrast, and its moment about the first."""
     total, moment = 0.0, 0.0
-    for column in range(max(span[0] - 5, 0), min(span[1] + 6, region.columns)):
-        missing = (ground - transmission(region, row, column)) / (ground - dark)
-        if np.isfinite(missing):
-            total += missing
-            moment += missing * column
-    return (total, moment / total) if total > 0.3 else (np.nan, np.nan)
+    for column in range(values.size):
+        missing = light[0] - values[column]
+        missing = 0.0 if math.isnan(missing) else missing  # masked
+        total += missing
+        moment += missing * column
+    return total / (light[0] - light[1]), moment / (light[0] - light[1])
 
 
 class _Shares(NamedTuple):
     """Share of its width that a row with thick walls takes away of the light, measured where it is asked for.
 
-    ``known`` is NaN in all other rows and those not ``waiting`` to be measured any more.
+    ``rows`` are those with thick walls, ``known`` what each takes away if it is not ``waiting`` to be measured.
     """
 
+    rows: NDArray[np.int64]
     waiting: NDArray[np.bool_]
     known: Floats
     width: Floats
@@ -98,19 +111,22 @@ class _Shares(NamedTuple):
 def _collect_shares(
     region: Region, spans: tuple[Ints, Ints], light: tuple[float, float], shares: _Shares, way: tuple[int, int]
 ) -> tuple[Floats, int]:
-    """The shares of the nearest rows on the ``way`` (row, step), as many as may be of use, and how many these are."""
+    """The shares of the nearest rows on the ``way`` (place among those with thick walls, step), and how many these are.
+
+    They are no more than may be of use.
+    """
     found, count = np.empty(REFERENCE_ROWS), 0
-    row, step = way
-    row += step
-    while 0 <= row < shares.width.size and count < REFERENCE_ROWS:
-        if shares.waiting[row]:
+    place, step = way
+    while 0 <= place < shares.rows.size and count < REFERENCE_ROWS:
+        if shares.waiting[place]:
+            row = shares.rows[place]
             span = spans[0][row], spans[1][row]
-            shares.known[row] = _missing_light(region, row, span, light)[0] / shares.width[row]
-            shares.waiting[row] = False
-        if np.isfinite(shares.known[row]):
-            found[count] = shares.known[row]
+            shares.known[place] = _missing_light(region, row, span, light)[0] / shares.width[row]
+            shares.waiting[place] = False
+        if np.isfinite(shares.known[place]):
+            found[count] = shares.known[place]
             count += 1
-        row += step
+        place += step
     return found, count
 
 
@@ -153,13 +169,16 @@ def mend_thin_walls(
         if _clear_of_rim(spans[0][row], spans[1][row], columns, rim):
             thin[row] = wall[row] < thickest or np.isnan(width[row])
         thick[row] = wall[row] >= REFERENCE_WALL * blur and np.isfinite(width[row])
-    shares = _Shares(thick, np.full(rows, np.nan), width)
+    references = np.flatnonzero(thick)
+    shares = _Shares(references, np.ones(references.size, np.bool_), np.empty(references.size), width)
+    after = 0  # the place of the first reference behind the row
     for row in range(rows):
+        after += 1 if thick[row] else 0
         if not thin[row]:
             continue
         missing, centre = _missing_light(region, row, (spans[0][row], spans[1][row]), light)
-        above = _collect_shares(region, spans, light, shares, (row, -1))
-        usual = _usual_share(above, _collect_shares(region, spans, light, shares, (row, 1)))
+        above = _collect_shares(region, spans, light, shares, (after - 1, -1))
+        usual = _usual_share(above, _collect_shares(region, spans, light, shares, (after, 1)))
         if np.isnan(missing) or np.isnan(usual):
             continue
         half = 0.5 * missing / max(usual, 0.05)

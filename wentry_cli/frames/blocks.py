@@ -26,11 +26,12 @@ class BlockFile:
         self.size = os.fstat(self._descriptor).st_size
         self._buffer: NDArray[np.uint8] = np.empty(0, np.uint8)
 
-    def read(self, offset: int, count: int) -> NDArray[np.uint8]:
+    def read(self, offset: int, count: int, unread: tuple[int, int] = (0, 0)) -> NDArray[np.uint8]:
         """Return ``count`` bytes from ``offset`` as a view that is valid until the next call.
 
-        Nothing is allocated before the request has been checked against the size of the file. Raises
-        ``FrameUnreadableError`` where the file ends earlier.
+        Of these the bytes ``unread`` (first, behind the last) are not read, and hold anything. Nothing is allocated
+        before the request has been checked against the size of the file. Raises ``FrameUnreadableError`` where the file
+        ends earlier.
         """
         if not self.close.alive:
             raise ValueError(f"{self.path}: read after it was closed")
@@ -41,7 +42,8 @@ class BlockFile:
         if self._buffer.size < count:
             self._buffer = np.empty(count, np.uint8)
         view = self._buffer[:count]
-        self._fill(view.data, offset)
+        self._fill(view[: unread[0]].data, offset)
+        self._fill(view[unread[1] :].data, offset + unread[1])
         return view
 
     def bytes_at(self, offset: int, count: int) -> bytes:

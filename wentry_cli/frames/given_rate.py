@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.errors import ConfigurationError
-from wentry_cli.frames.packed import PackedRows, PacksRows
-from wentry_cli.frames.reader import RATE_GIVEN, Frame, Recording, Region
+from wentry_cli.frames.reader import RATE_GIVEN, Frame, Recording, Region, StoredRows, StoresRows
 
 
 class GivenRate:
@@ -22,6 +21,7 @@ class GivenRate:
             recording.close()
             raise ConfigurationError(f"{recording.info.path}: a frame rate of {fps:g} is impossible; give it in 1/s")
         self._recording = recording
+        self._stored = recording if isinstance(recording, StoresRows) else None
         self.close = recording.close
         self.info = replace(recording.info, fps=float(fps), fps_source=RATE_GIVEN)
 
@@ -29,9 +29,9 @@ class GivenRate:
         """Return frame ``index`` as the recording has it."""
         return self._recording.read(index, region)
 
-    def packed_rows(self, index: int, rows: tuple[int, int]) -> PackedRows | None:
+    def stored_rows(self, index: int, rows: tuple[int, int], unread: tuple[int, int]) -> StoredRows | None:
         """Return rows of frame ``index`` as the recording stores them."""
-        return self._recording.packed_rows(index, rows) if isinstance(self._recording, PacksRows) else None
+        return self._stored.stored_rows(index, rows, unread) if self._stored else None
 
     def camera_frames(self) -> NDArray[np.int64]:
         """Return the camera's numbers."""

@@ -8,8 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.errors import InputError
-from wentry_cli.frames.packed import PackedRows, PacksRows
-from wentry_cli.frames.reader import Frame, Recording, Region, checked_index, checked_region
+from wentry_cli.frames.reader import (
+    Frame,
+    Recording,
+    Region,
+    StoredRows,
+    StoresRows,
+    checked_index,
+    checked_region,
+)
 
 FLIPS = ("none", "h", "v")
 
@@ -87,6 +94,8 @@ class Oriented:
     def __init__(self, recording: Recording, turn: _Turn, roi: Region, frames: tuple[int, int]) -> None:
         """Take checked arguments: ``orient`` checks them."""
         self._recording, self._turn = recording, turn
+        upright = turn.rotate == 0 and turn.flip == "none"
+        self._stored = recording if upright and isinstance(recording, StoresRows) else None
         self.origin_px = (roi[0], roi[1])
         self.first_index, self._last_index = frames
         self.close = recording.close
@@ -118,12 +127,11 @@ class Oriented:
         raw = self._turn.raw_region((x0 + left, y0 + top, x1 + left, y1 + top))
         return self._turn.apply(self._recording.read(self.first_index + index, raw))
 
-    def packed_rows(self, index: int, rows: tuple[int, int]) -> PackedRows | None:
-        """Return rows of frame ``index`` as the recording stores them; None where it packs none, or they are turned."""
-        recording = self._recording
-        if not isinstance(recording, PacksRows) or self._turn.rotate or self._turn.flip != "none":
+    def stored_rows(self, index: int, rows: tuple[int, int], unread: tuple[int, int]) -> StoredRows | None:
+        """Return rows of frame ``index`` as the recording stores them; None where it gives none, or they are turned."""
+        if self._stored is None:
             return None
         left, top = self.origin_px
         first = self.first_index + checked_index(index, self.info)
-        found = recording.packed_rows(first, (rows[0] + top, rows[1] + top))
-        return found and (found[0], found[1] + left)
+        found = self._stored.stored_rows(first, (rows[0] + top, rows[1] + top), (unread[0] + top, unread[1] + top))
+        return found and (found[0], found[1] + left, found[2])

@@ -6,23 +6,10 @@ may start inside a byte, so a rectangle is unpacked from the pixel index of its 
 
 from __future__ import annotations
 
-from typing import Protocol, runtime_checkable
-
 import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-
-PackedRows = tuple[NDArray[np.uint8], int]
-"""Whole rows of 12-bit pixels as they are stored: bytes (rows, 3 for two pixels), and in which pixel column 0 lies."""
-
-
-@runtime_checkable
-class PacksRows(Protocol):
-    """A recording that may hand out rows of a frame as they are stored."""
-
-    def packed_rows(self, index: int, rows: tuple[int, int]) -> PackedRows | None:
-        """Rows (first, behind the last) of a frame, valid until the next is read; None where none are packed."""
 
 
 @compiled

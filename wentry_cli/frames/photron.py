@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from wentry_cli.errors import InputError
 from wentry_cli.frames.blocks import BlockFile
-from wentry_cli.frames.packed import PackedRows, unpack_12bit
+from wentry_cli.frames.packed import unpack_12bit
 from wentry_cli.frames.photron_header import PhotronHeader, read_photron_header
-from wentry_cli.frames.reader import Frame, RecordingInfo, Region, checked_index, checked_region
+from wentry_cli.frames.reader import Frame, RecordingInfo, Region, StoredRows, checked_index, checked_region
 
 ALMOST_ALL = 0.9  # of the frames: what ends with one of the last ended early, though others might fill the file
 STORED_BITS = (8, 12, 16)
@@ -142,17 +142,20 @@ class PhotronRecording:
             levels >>= self._header.shift
         return levels
 
-    def packed_rows(self, index: int, rows: tuple[int, int]) -> PackedRows | None:
+    def stored_rows(self, index: int, rows: tuple[int, int], unread: tuple[int, int]) -> StoredRows | None:
         """Return rows (first, behind the last) of frame ``index`` as they are stored, valid until the next is read.
 
-        None where they are not packed, or do not begin with a byte.
+        None where they do not begin with a byte, or hold other bits too. Those ``unread`` among them hold anything.
         """
-        x0, y0, x1, y1 = checked_region((0, rows[0], self._header.width, rows[1]), self.info)
-        if self._header.stored_bits != 12 or self._header.shift or x1 % 2:
+        bits, width = self._header.stored_bits, self._header.width
+        if self._header.shift or bits * width % 8:
             return None
-        stride = 3 * x1 // 2
-        first = (checked_index(index, self.info) * self._header.height + y0) * stride
-        return self._mraw.read(first, (y1 - y0) * stride).reshape(-1, stride), x0
+        _, first, _, end = checked_region((0, rows[0], width, rows[1]), self.info)
+        stride = bits * width // 8
+        begin = (checked_index(index, self.info) * self._header.height + first) * stride
+        hole = (unread[0] - first) * stride, (unread[1] - first) * stride
+        stored = self._mraw.read(begin, (end - first) * stride, hole).reshape(-1, stride)
+        return stored.view("<u2") if bits == 16 else stored, 0, bits == 12
 
     def _read_packed(self, first: int, window: tuple[int, int, int]) -> Frame:
         x0, x1, rows = window

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,12 @@ Region = tuple[int, int, int, int]
 
 Frame = NDArray[Any]
 """Raw grey levels, (rows, columns), uint8 or uint16."""
+
+StoredRows = tuple[NDArray[Any], int, bool]
+"""Whole rows as they are stored, in which pixel of them column 0 lies, and whether they are packed.
+
+They are grey levels (rows, columns), or where packed bytes, two pixels of 12 bits in three.
+"""
 
 RATE_UNKNOWN = "unknown"
 RATE_OF_PLAYBACK = "container playback rate"
@@ -81,6 +87,17 @@ class Recording(Protocol):
 
     def close(self) -> None:
         """Close the files; the recording cannot be read afterwards."""
+
+
+@runtime_checkable
+class StoresRows(Protocol):
+    """A recording that may hand out rows of a frame as they are stored."""
+
+    def stored_rows(self, index: int, rows: tuple[int, int], unread: tuple[int, int]) -> StoredRows | None:
+        """Rows (first, behind the last) of a frame, valid until the next is read; None where that is not possible.
+
+        Of these, those ``unread`` (in the same way; the last number twice for none) hold anything.
+        """
 
 
 def checked_index(index: int, info: RecordingInfo) -> int:

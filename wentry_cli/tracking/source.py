@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol, runtime_checkable
+from functools import cache
+from typing import Any, Protocol, cast, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,15 +35,32 @@ class Frames(Protocol):
         """Grey levels of frame ``index``."""
 
 
+StoredRows = tuple[NDArray[Any], int, bool]
+"""Whole rows as they are stored, in which pixel of them column 0 lies, and whether they are packed.
+
+They are grey levels (rows, columns), or where packed bytes, two pixels of 12 bits in three.
+"""
+
+
 @runtime_checkable
-class PackedFrames(Protocol):
+class StoredFrames(Protocol):
     """A clip that may hand out rows of a frame as they are stored."""
 
-    def packed_rows(self, index: int, rows: tuple[int, int]) -> tuple[NDArray[np.uint8], int] | None:
-        """Rows (first, behind the last) of 12-bit pixels, three bytes for two, and in which pixel column 0 lies.
+    def stored_rows(self, index: int, rows: tuple[int, int], unread: tuple[int, int]) -> StoredRows | None:
+        """Rows (first, behind the last) of a frame, valid until the next is read; None where that is not possible.
 
-        Valid until the next is read; None where none are packed.
+        Of these, those ``unread`` (in the same way; the last number twice for none) hold anything.
         """
+
+
+def stored_rows(frames: Frames, index: int, rows: tuple[int, int], unread: tuple[int, int]) -> StoredRows | None:
+    """Rows of frame ``index`` as ``StoredFrames`` gives them; None for a clip that does not."""
+    return cast("StoredFrames", frames).stored_rows(index, rows, unread) if _gives_rows(type(frames)) else None
+
+
+@cache
+def _gives_rows(kind: type) -> bool:
+    return issubclass(kind, StoredFrames)  # which is slow to find out
 
 
 class FrameArray:

@@ -29,6 +29,10 @@ DOME_DISC = 0.5  # of the undeformed radius: within the sphere when it is slende
 DOME_FRAMES = 600
 CROWN_REACH, CROWN_FOOT_PX = 4.0, 6.0  # radii about the axis and above the surface; clear of the surface band
 COARSE, NARROW = 4, 0.6  # frames from one coarse look to the next; of the greatest width: it may have closed between
+RISE, LEAST_RISE_PX = (
+    0.6,
+    16.0,
+)  # radii by which a crown rises from one coarse look to the next; where it rises more, one looks again
 RIM_FRAMES = 6  # on either side of the closure, from which its height is taken
 FEWEST_RIMS = 4
 
@@ -98,16 +102,25 @@ def _about(t_s: float, times_s: Floats, frames: list[int]) -> list[int]:
 
 
 def _rims(clip: Clip, ground: Background, view: SideView, frames: Iterable[int]) -> dict[int, Rim]:
-    """The rim of the crown in frames of the side view; without those that cannot be read."""
-    found = {}
+    """The rim of the crown in frames of the side view; without those that cannot be read.
+
+    No more rows are read above the crown of the frame before than it may have risen by.
+    """
+    found: dict[int, Rim] = {}
+    reach, foot = CROWN_REACH * view.radius_px, view.pixels.surface_y_px - CROWN_FOOT_PX
+    rise, top = max(RISE * view.radius_px, LEAST_RISE_PX), 0.0
     for frame in frames:
         sphere = view.spheres[frame]
         assert sphere is not None
-        reach = CROWN_REACH * view.radius_px
-        box = (sphere.x_px - reach, 0.0, sphere.x_px + reach, view.pixels.surface_y_px - CROWN_FOOT_PX)
-        patch = read_patch(clip, frame, ground, box)
-        if not isinstance(patch, str):
-            found[frame] = find_rim(patch, sphere.x_px)
+        patch = read_patch(clip, frame, ground, (sphere.x_px - reach, top, sphere.x_px + reach, foot))
+        if isinstance(patch, str):
+            continue
+        rim = find_rim(patch, sphere.x_px)
+        if rim.highest_y_px == patch.y0 > 0:  # it has risen by more
+            whole = read_patch(clip, frame, ground, (sphere.x_px - reach, 0.0, sphere.x_px + reach, foot))
+            rim = rim if isinstance(whole, str) else find_rim(whole, sphere.x_px)
+        found[frame] = rim
+        top = max(rim.highest_y_px - rise, 0.0)
     return found
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.errors import FrameUnreadableError, InputError
 from wentry_cli.frames.decoded import found_once
-from wentry_cli.frames.packed import PackedRows
+from wentry_cli.frames.reader import StoredRows
 from wentry_cli.imaging.background import Background, build_background
 from wentry_cli.imaging.ground import sample_indices
 from wentry_cli.stages.ingest import OpenView, open_view
@@ -65,10 +65,13 @@ class Clip:
         x0, y0, x1, y1 = region
         return kept[y0:y1, x0:x1]
 
-    def packed_rows(self, index: int, rows: tuple[int, int]) -> PackedRows | None:
-        """Rows (first, behind the last) of a frame as they are stored, valid until the next is read, or None."""
+    def stored_rows(self, index: int, rows: tuple[int, int], unread: tuple[int, int]) -> StoredRows | None:
+        """Rows (first, behind the last) of a frame as they are stored, valid until the next is read, or None.
+
+        Those ``unread`` among them hold anything.
+        """
         self._check(index)
-        return self.opened.recording.packed_rows(index, rows)
+        return self.opened.recording.stored_rows(index, rows, unread)
 
     def _check(self, index: int) -> None:
         if index in self._bad:
