@@ -9,8 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.contours.likelihood import CHI2, COUNT, COUNT_IN, COUNT_OUT, REST_IN, REST_OUT, SQUARE_IN, SQUARE_OUT
-from wentry_cli.contours.plateau import FEWEST_SECTORS, LL, L, N
+from wentry_cli.contours.arc import NX, NY, X, Y
+from wentry_cli.contours.likelihood import (
+    BLACK_VARIANCES,
+    CHI2,
+    COUNT,
+    COUNT_IN,
+    COUNT_OUT,
+    REST_IN,
+    REST_OUT,
+    SQUARE_IN,
+    SQUARE_OUT,
+)
+from wentry_cli.contours.normal_equations import solve
+from wentry_cli.contours.plateau import FEWEST_SECTORS, INNER, LL, OUTER, D, L, N
 from wentry_cli.contours.sectors import (
     LEAST_PIXELS,
     LEVEL_IN,
@@ -92,6 +104,40 @@ def first_noise(plateaus: Floats) -> Floats:
         noise[side] = max(LEAST_NOISE, median_of(scatter, number))
     bound_noise(noise)
     return noise
+
+
+@compiled
+def first_levels_beyond(plateaus: Floats, rows: Floats, scene: Floats, belief: Belief) -> None:
+    """Put into ``belief`` what is seen beyond the band: the level inside, level and slope of the ground.
+
+    Its priors bound them; nothing is changed where the noise is not known. Of an inside at black, which is cut off,
+    the mean is not the level.
+    """
+    if belief.noise[1] == 0.0:
+        return
+    normal, right, place = np.zeros((3, 3)), np.zeros(3), np.ones(3)
+    for i in range(3):
+        normal[i, i] = belief.noise[1] / belief.prior[1, LEVEL_OUT + i]
+    number, level = 0.0, 0.0
+    for k in range(plateaus.shape[0]):
+        number += plateaus[k, INNER, N]
+        level += plateaus[k, INNER, L]
+        one = plateaus[k, OUTER]
+        if one[N] == 0.0:
+            continue
+        away = one[D] / one[N]
+        place[1] = (rows[k, X] + away * rows[k, NX] - scene[0]) / scene[2]
+        place[2] = (rows[k, Y] + away * rows[k, NY] - scene[1]) / scene[2]
+        rest = one[L] - one[N] * belief.nuisance[LEVEL_OUT]
+        for i in range(3):
+            right[i] += rest * place[i]
+            for j in range(3):
+                normal[i, j] += one[N] * place[i] * place[j]
+    if solve(normal, right):
+        for i in range(3):
+            belief.nuisance[LEVEL_OUT + i] += right[i]
+    if level**2 > BLACK_VARIANCES * belief.noise[0] * number**2 > 0.0:
+        belief.nuisance[LEVEL_IN] = level / number
 
 
 @compiled
