@@ -49,7 +49,7 @@ def test_a_misfit_moves_the_ellipse_but_not_the_cap(misfit):
 def test_the_pixels_of_the_outline_tell_the_bottom_as_well_as_its_own():
     for seed in range(6):
         s = draw(seed)
-        fit, bottom = fit_with_bottom(s.patch, nudged(s.shape, 1.0, seed), request(s))
+        fit, bottom, _ = fit_with_bottom(s.patch, nudged(s.shape, 1.0, seed), request(s))
         own = fit_local_bottom(s.patch, fit)
         assert bottom.status == own.status == "ok"
         assert bottom != own
@@ -60,14 +60,14 @@ def test_the_pixels_of_the_outline_tell_the_bottom_as_well_as_its_own():
 
 def test_a_cap_that_the_outline_does_not_hold_is_measured_by_itself():
     s = draw(7, visible=0.2)
-    fit, bottom = fit_with_bottom(s.patch, s.shape, request(s))
+    fit, bottom, _ = fit_with_bottom(s.patch, s.shape, request(s))
     assert bottom == fit_local_bottom(s.patch, fit)
     assert bottom.status == "ok"
     values = s.patch.values.copy()
     middle = int(s.shape.x - s.patch.x0)
     values[-25:, middle - 8 : middle + 8] = 0.3
     spoilt = replace(s.patch, values=values)
-    fit, bottom = fit_with_bottom(spoilt, s.shape, request(s))
+    fit, bottom, _ = fit_with_bottom(spoilt, s.shape, request(s))
     assert bottom == fit_local_bottom(spoilt, fit)
 
 
