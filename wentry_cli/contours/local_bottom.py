@@ -30,7 +30,6 @@ from wentry_cli.contours.bottom_cap import (
 )
 from wentry_cli.contours.clipped import CLIPPED_PX, is_clipped
 from wentry_cli.contours.ellipse import SilhouetteFit
-from wentry_cli.contours.likelihood import first_levels
 from wentry_cli.contours.nuisances import PRIOR_LN_S
 from wentry_cli.contours.plateau import PLATEAU_PX
 from wentry_cli.contours.refine import (
@@ -43,6 +42,7 @@ from wentry_cli.contours.refine import (
     solve_band,
 )
 from wentry_cli.contours.scan import OCCLUDED_SHARE
+from wentry_cli.contours.sectors import LEVEL_IN
 from wentry_cli.imaging.patch import Patch
 
 Floats = NDArray[np.float64]
@@ -125,10 +125,9 @@ def refine_bottom(values: NDArray[np.float32], shape: Floats, settings: Floats, 
     around = gather_band(part, there, settings, reach, light)
     cap = cap_of(around)
     band = cut_out(around, cap)
-    low, high = first_levels(band.pixels, band.starts)
-    if share_seen(cap, around) < LEAST_SEEN or math.isnan(low):
+    belief = first_belief(band, PRIOR_LN_S, 1.0)
+    if share_seen(cap, around) < LEAST_SEEN or math.isnan(belief.nuisance[LEVEL_IN]):
         return not_found(OUT_OF_FRAME)
-    belief = first_belief(band, low, high, PRIOR_LN_S)
     constrain(belief, shape[2])
     moved, factor, verdict = solve_band(band, belief, np.arange(5), 1)
     if factor.size > 0 and not masked and arc_shares(band.rows, verdict)[1] > HIDDEN_SHARE:

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.arc import NX, NY, X, Y
 from wentry_cli.contours.likelihood import (
-    BLACK_VARIANCES,
     CHI2,
     COUNT,
     COUNT_IN,
@@ -22,7 +21,7 @@ from wentry_cli.contours.likelihood import (
     SQUARE_OUT,
 )
 from wentry_cli.contours.normal_equations import solve
-from wentry_cli.contours.plateau import FEWEST_SECTORS, INNER, LL, OUTER, D, L, N
+from wentry_cli.contours.plateau import FEWEST_SECTORS, LL, OUTER, D, L, N
 from wentry_cli.contours.sectors import (
     LEAST_PIXELS,
     LEVEL_IN,
@@ -107,21 +106,23 @@ def first_noise(plateaus: Floats) -> Floats:
 
 
 @compiled
-def first_levels_beyond(plateaus: Floats, rows: Floats, scene: Floats, belief: Belief) -> None:
-    """Put into ``belief`` what is seen beyond the band: the level inside, level and slope of the ground.
+def mean_levels(plateaus: Floats) -> tuple[float, float]:
+    """Mean levels inside and outside, beyond the band."""
+    number, level = np.zeros(2), np.zeros(2)
+    for k in range(plateaus.shape[0]):
+        for side in range(2):
+            number[side] += plateaus[k, side, N]
+            level[side] += plateaus[k, side, L]
+    return level[0] / number[0], level[1] / number[1]
 
-    Its priors bound them; nothing is changed where the noise is not known. Of an inside at black, which is cut off,
-    the mean is not the level.
-    """
-    if belief.noise[1] == 0.0:
-        return
+
+@compiled
+def tilt_ground(plateaus: Floats, rows: Floats, scene: Floats, belief: Belief) -> None:
+    """Put into ``belief`` what level and slope of the ground are beyond the band, as far as its priors let them."""
     normal, right, place = np.zeros((3, 3)), np.zeros(3), np.ones(3)
     for i in range(3):
         normal[i, i] = belief.noise[1] / belief.prior[1, LEVEL_OUT + i]
-    number, level = 0.0, 0.0
     for k in range(plateaus.shape[0]):
-        number += plateaus[k, INNER, N]
-        level += plateaus[k, INNER, L]
         one = plateaus[k, OUTER]
         if one[N] == 0.0:
             continue
@@ -131,13 +132,11 @@ def first_levels_beyond(plateaus: Floats, rows: Floats, scene: Floats, belief: B
         rest = one[L] - one[N] * belief.nuisance[LEVEL_OUT]
         for i in range(3):
             right[i] += rest * place[i]
-            for j in range(3):
+            for j in range(i + 1):
                 normal[i, j] += one[N] * place[i] * place[j]
     if solve(normal, right):
         for i in range(3):
             belief.nuisance[LEVEL_OUT + i] += right[i]
-    if level**2 > BLACK_VARIANCES * belief.noise[0] * number**2 > 0.0:
-        belief.nuisance[LEVEL_IN] = level / number
 
 
 @compiled

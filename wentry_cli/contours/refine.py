@@ -14,7 +14,15 @@ from wentry_cli.contours.band import Band, gather_band, reach_of
 from wentry_cli.contours.discrepancy import concluded
 from wentry_cli.contours.global_step import advance, is_negligible, remains, step_from
 from wentry_cli.contours.likelihood import STATE, SUMS, accumulate, expect, first_levels
-from wentry_cli.contours.nuisances import Belief, first_levels_beyond, first_noise, noise_levels, priors, weigh_noise
+from wentry_cli.contours.nuisances import (
+    Belief,
+    first_noise,
+    mean_levels,
+    noise_levels,
+    priors,
+    tilt_ground,
+    weigh_noise,
+)
 from wentry_cli.contours.plateau import add_plateaus
 from wentry_cli.contours.sectors import (
     LEVEL_IN,
@@ -96,14 +104,23 @@ def arc_shares(rows: Floats, verdict: Floats) -> tuple[float, float]:
 
 
 @compiled
-def first_belief(band: Band, low: float, high: float, ln_blur: float) -> Belief:
-    """What is believed at first, with the levels ``low`` inside and ``high`` outside (NaN: that of the ground)."""
-    nuisance = np.zeros(NUISANCES)
-    nuisance[LEVEL_IN], nuisance[LEVEL_OUT] = low, 1.0 if math.isnan(high) else high
+def first_belief(band: Band, ln_blur: float, ground: float) -> Belief:
+    """What is believed at first: levels and noise from beyond the band, else levels from its rims and no noise.
+
+    Where nothing tells them the level inside is NaN and that outside ``ground``.
+    """
+    nuisance, noise = np.zeros(NUISANCES), first_noise(band.plateaus)
+    if noise[1] > 0.0:
+        nuisance[LEVEL_IN], nuisance[LEVEL_OUT] = mean_levels(band.plateaus)
+    else:
+        nuisance[LEVEL_IN], nuisance[LEVEL_OUT] = first_levels(band.pixels, band.starts)
+        if math.isnan(nuisance[LEVEL_OUT]):
+            nuisance[LEVEL_OUT] = ground
     nuisance[LN_S] = ln_blur
     prior = priors(nuisance, band.scene[2], band.settings[3])
-    belief = Belief(nuisance, prior, first_noise(band.plateaus), np.full(2, 1e-6), np.zeros(5))
-    first_levels_beyond(band.plateaus, band.rows, band.scene, belief)
+    belief = Belief(nuisance, prior, noise, np.full(2, 1e-6), np.zeros(5))
+    if noise[1] > 0.0:
+        tilt_ground(band.plateaus, band.rows, band.scene, belief)
     return belief
 
 
@@ -206,15 +223,14 @@ def refine_shape(
     nothing = np.zeros((free.size, free.size))
     masked, reach = math.nan, reach_of(ln_blur)
     band = gather_band(values, shape, settings, reach, masked)
-    low, high = first_levels(band.pixels, band.starts)
-    if math.isnan(high) and scanned:
+    belief = first_belief(band, ln_blur, math.nan)
+    if math.isnan(belief.nuisance[LEVEL_OUT]) and scanned:
         # no light was left outside of the edge: it was clipped and masked, so it is at least the ground's 1
         masked = 1.0
         band = gather_band(values, shape, settings, reach, masked)
-        low, high = first_levels(band.pixels, band.starts)
-    belief = first_belief(band, low, high, ln_blur)
+        belief = first_belief(band, ln_blur, masked)
     lost = Refined(report, nothing, no_turn(), band, belief, nothing)
-    if math.isnan(low) or (math.isnan(high) and not scanned):
+    if math.isnan(belief.nuisance[LEVEL_IN]) or (math.isnan(belief.nuisance[LEVEL_OUT]) and not scanned):
         return lost
     moved, factor, verdict = solve_band(band, belief, free, 0)
     for _ in range(COLLECTIONS):
