@@ -58,7 +58,7 @@ def counted(values: Floats, count: int, rank: int) -> tuple[float, float]:
             own = value
         elif less == rank - 1:
             before = value
-        if own == own and (before == before or rank == 0):
+        if math.isfinite(own) and (rank == 0 or math.isfinite(before)):
             return own, before
     # some are alike
     return select(values, count, rank), select(values, count, max(0, rank - 1))
