@@ -30,15 +30,17 @@ def apart(one: SilhouetteFit, other: SilhouetteFit, free: list[int]) -> np.ndarr
 
 @pytest.mark.parametrize("scene", [{}, {"noise": 0.05}, {"visible": 0.3}, {"light": {"gradient": (0.05, 0.05)}}])
 def test_without_a_scan_the_outline_is_the_same(scene: dict) -> None:
-    found = []
+    found, ratio = [], []
     for seed in range(12):
         s = draw(seed, **scene)
         near, scanned = fit(s, 0.05, 1.1, seed), fit(s, 0.05, math.nan, seed)
         assert near.status == scanned.status == "ok"
         assert near.center_x_px != scanned.center_x_px
-        assert near.stretch_unc == pytest.approx(scanned.stretch_unc, rel=0.15)
+        ratio.append(near.stretch_unc / scanned.stretch_unc)
         found.append(apart(near, scanned, JUDGED))
     assert np.sqrt(np.mean(np.square(found))) < 0.25
+    # one of few outlines may by chance disagree by more than its noise, whose uncertainty is wider for that
+    assert np.median(ratio) == pytest.approx(1.0, abs=0.07)
 
 
 @pytest.mark.parametrize("off_px", [2.0, 6.0])
