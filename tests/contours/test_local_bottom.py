@@ -47,27 +47,30 @@ def test_a_misfit_moves_the_ellipse_but_not_the_cap(misfit):
 
 
 def test_the_pixels_of_the_outline_tell_the_bottom_as_well_as_its_own():
-    for seed in range(6):
+    found = []
+    for seed in range(24):
         s = draw(seed)
-        fit, bottom = fit_with_bottom(s.patch, nudged(s.shape, 1.0, seed), request(s))
+        fit, bottom, _ = fit_with_bottom(s.patch, nudged(s.shape, 1.0, seed), request(s))
         own = fit_local_bottom(s.patch, fit)
         assert bottom.status == own.status == "ok"
         assert bottom != own
-        assert abs(bottom.y_px - own.y_px) < 0.3 * own.y_unc_px
         assert bottom.y_unc_px == pytest.approx(own.y_unc_px, rel=0.15)
-        assert abs(bottom.y_px - s.bottom_y) < 4.0 * bottom.y_unc_px
+        found.append(np.array([bottom.y_px - s.bottom_y, own.y_px - s.bottom_y, bottom.y_px - own.y_px]) / own.y_unc_px)
+    error, by_itself, apart = np.sqrt(np.mean(np.square(found), axis=0))
+    assert error < 1.05 * by_itself
+    assert apart < 0.3
 
 
 def test_a_cap_that_the_outline_does_not_hold_is_measured_by_itself():
     s = draw(7, visible=0.2)
-    fit, bottom = fit_with_bottom(s.patch, s.shape, request(s))
+    fit, bottom, _ = fit_with_bottom(s.patch, s.shape, request(s))
     assert bottom == fit_local_bottom(s.patch, fit)
     assert bottom.status == "ok"
     values = s.patch.values.copy()
     middle = int(s.shape.x - s.patch.x0)
     values[-25:, middle - 8 : middle + 8] = 0.3
     spoilt = replace(s.patch, values=values)
-    fit, bottom = fit_with_bottom(spoilt, s.shape, request(s))
+    fit, bottom, _ = fit_with_bottom(spoilt, s.shape, request(s))
     assert bottom == fit_local_bottom(spoilt, fit)
 
 

@@ -12,11 +12,10 @@ from wentry_cli.bench.contours import ours
 from wentry_cli.bench.outline_cases import find_case
 from wentry_cli.bench.outline_frames import bounds_of, draw_frame
 from wentry_cli.contours.arc import arc_geometry, quadrant_table, sector_angles, semi_axes
-from wentry_cli.contours.band import ellipse_distance
+from wentry_cli.contours.band import SECTOR_ANGLE, SECTOR_PX, ellipse_distance
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.contours.likelihood import INSIDE, OUTSIDE, STATE
 from wentry_cli.contours.plateau import INNER, LD, OUTER, D, L, N, evenness, sum_plateaus
-from wentry_cli.contours.refine import SECTOR_ANGLE, SECTOR_PX
 from wentry_cli.contours.silhouette import fit_silhouette
 from wentry_cli.imaging.patch import Patch
 

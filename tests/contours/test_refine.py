@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from tests.contours.scenes import draw
-from wentry_cli.contours.likelihood import first_levels
+from wentry_cli.contours.band import Band, gather_band, reach_of
 from wentry_cli.contours.nuisances import PRIOR_LN_S, first_noise
-from wentry_cli.contours.refine import Band, first_belief, gather_band, reach_of, solve_band
+from wentry_cli.contours.refine import first_belief, solve_band
 
 FREE = np.array([0, 1, 3])
 
@@ -43,8 +43,7 @@ def test_where_little_is_seen_beyond_the_edge_the_noise_is_not_told() -> None:
 
 def test_a_noise_known_beforehand_leads_to_the_same_outline() -> None:
     band = band_of(1)
-    low, high = first_levels(band.pixels, band.starts)
-    known, unknown = first_belief(band, low, high), first_belief(band, low, high)
+    known, unknown = first_belief(band, PRIOR_LN_S, 1.0), first_belief(band, PRIOR_LN_S, 1.0)
     unknown.noise[:] = 0.0
     step = solve_band(band, known, FREE, 0)[0]
     other = solve_band(band, unknown, FREE, 0)[0]

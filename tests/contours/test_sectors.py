@@ -7,7 +7,7 @@ import pytest
 
 from wentry_cli.contours.likelihood import STATE, SUMS, accumulate
 from wentry_cli.contours.nuisances import noise_levels
-from wentry_cli.contours.sectors import GRADIENT, INSIDE, INV_S, OUTSIDE, VERDICT, WEIGHT, judge
+from wentry_cli.contours.sectors import GRADIENT, INSIDE, INV_S, OUTSIDE, VERDICT, WEIGHT, hear_sectors, weigh_sectors
 
 SECTORS, PIXELS, NOISE = 60, 24, 0.01
 DARK, BRIGHT = 0.1, 1.0
@@ -55,7 +55,8 @@ def test_a_sector_is_left_out_by_how_unlikely_its_pixels_are(seed: int) -> None:
     extra[[10, 40]] = 2.2  # chi square nearly five times the usual, sixteen standard deviations off
     verdict = np.zeros((SECTORS, VERDICT))
     spread = np.full(2, 1e-6)
-    judge(sums_of(rng, off=np.zeros(SECTORS), extra=extra), spread, 60.0, False, True, verdict)
+    hear_sectors(sums_of(rng, off=np.zeros(SECTORS), extra=extra), spread, verdict)
+    weigh_sectors(verdict, 60.0, False, True)
     assert (verdict[[10, 40], WEIGHT] == 0.0).all()
     honest = np.delete(verdict[:, WEIGHT], [9, 10, 11, 39, 40, 41])
     assert np.mean(honest > 0.9) > 0.95
@@ -65,9 +66,8 @@ def test_a_sector_is_left_out_by_how_unlikely_its_pixels_are(seed: int) -> None:
 def test_more_noise_everywhere_leaves_no_sector_out() -> None:
     rng = np.random.default_rng(4)
     verdict = np.zeros((SECTORS, VERDICT))
-    judge(
-        sums_of(rng, off=np.zeros(SECTORS), extra=np.full(SECTORS, 2.2)), np.full(2, 1e-6), 60.0, False, True, verdict
-    )
+    hear_sectors(sums_of(rng, off=np.zeros(SECTORS), extra=np.full(SECTORS, 2.2)), np.full(2, 1e-6), verdict)
+    weigh_sectors(verdict, 60.0, False, True)
     assert np.mean(verdict[:, WEIGHT] > 0.9) > 0.95
 
 
@@ -82,7 +82,8 @@ def test_what_lies_farther_outside_is_doubted_more_where_much_is_hidden() -> Non
         for seed in range(20):
             verdict = np.zeros((SECTORS, VERDICT))
             sums = sums_of(np.random.default_rng(seed), off=np.zeros(SECTORS), extra=extra, shift=shift)
-            judge(sums, np.full(2, 1e-6), 60.0, False, False, verdict)
+            hear_sectors(sums, np.full(2, 1e-6), verdict)
+            weigh_sectors(verdict, 60.0, False, False)
             weights.append(verdict[[20, 30], WEIGHT])
         kept[hidden] = np.mean(weights, axis=0)
     assert kept[0].min() > 0.3

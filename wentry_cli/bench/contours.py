@@ -115,7 +115,7 @@ def _local_bottom(frame: Frame, level: str, case: Case) -> tuple[float, float]:
     if case.top_view:
         return math.nan, math.nan
     patch = Patch(frame.region, ceiling=frame.ceiling)
-    _, bottom = fit_with_bottom(patch, frame.guess, _request(frame, level, case))
+    bottom = fit_with_bottom(patch, frame.guess, _request(frame, level, case)).bottom
     return bottom.y_px, bottom.y_unc_px
 
 

@@ -3,15 +3,43 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.contours.arc import sector_at, semi_axes
+from wentry_cli.contours.arc import arc_geometry, quadrant_table, sector_angles, sector_at, semi_axes
+from wentry_cli.contours.plateau import PLATEAU_PX, sum_plateaus
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
+# Sectors of an outline that is hidden in part are smaller: what hides them costs less.
+SECTOR_PX, SMALL_SECTOR_PX = 4.0, 3.0
+SECTOR_ANGLE = math.radians(40.0)
+# The band of the edge ends where its blur does, so many standard deviations away.
+REACH_SIGMA, LEAST_BLUR = 4.2, 1.0
+
+
+class Band(NamedTuple):
+    """Pixels about the outline ``shape``, sector by sector, where each sector starts, and what the scene is like.
+
+    ``places`` says where in the patch, read line by line, a pixel is. ``plateaus`` are the moments of what lies beyond
+    them (see `plateau`), ``width`` is that of the band, px. ``scene`` holds centre (x, y), radius and motion (x, y);
+    ``settings`` the top row, the motion (x, y), the ceiling, 1 where outliers lie outside only, and 1 where much of the
+    outline is hidden.
+    """
+
+    shape: Floats
+    pixels: Floats
+    starts: Ints
+    places: Ints
+    plateaus: Floats
+    rows: Floats
+    scene: Floats
+    settings: Floats
+    width: float
 
 
 @compiled
@@ -193,3 +221,30 @@ def collect_band(
                 pixels[0, place], pixels[1, place], places[place] = distance[n], levels[n], first + m
             n += 1
     return pixels, starts, places
+
+
+@compiled
+def reach_of(ln_blur: float) -> float:
+    """Half-width of the band that an edge of this blur fills, px."""
+    return REACH_SIGMA * max(LEAST_BLUR, math.exp(ln_blur))
+
+
+@compiled
+def gather_band(values: NDArray[np.float32], shape: Floats, settings: Floats, reach: float, masked: float) -> Band:
+    """Cut the outline of ``shape`` into sectors and collect the pixels within ``reach`` (px) of it.
+
+    ``masked`` is the level that masked pixels outside of the edge are taken to have; NaN leaves them out.
+    """
+    a, b = semi_axes(shape)
+    count, table = quadrant_table(a, b, SMALL_SECTOR_PX if settings[5] > 0.0 else SECTOR_PX, SECTOR_ANGLE)
+    rows = arc_geometry(shape, sector_angles(count, table))
+    motion = 0.5 * math.hypot(settings[1], settings[2])
+    limits = np.array([min(reach + motion, 0.5 * min(a, b)), reach + motion, settings[0], masked])
+    pixels, starts, places = collect_band(values, shape, count, table, limits)
+    # outside of a sphere seen from above stands the splash ring; levels do not tell where the edge of clipped light is
+    clipped = settings[3] < math.inf
+    far = 0.0 if settings[4] > 0.0 or clipped else limits[1] + PLATEAU_PX
+    deep = 0.0 if clipped else min(limits[0] + PLATEAU_PX, 0.5 * min(a, b))
+    plateaus = sum_plateaus(values, rows, starts, (limits[0], deep), (limits[1], far), settings[0])
+    scene = np.array([shape[0], shape[1], shape[2], settings[1], settings[2]])
+    return Band(shape.copy(), pixels, starts, places, plateaus, rows, scene, settings, limits[0] + limits[1])

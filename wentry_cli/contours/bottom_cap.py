@@ -14,26 +14,16 @@ from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.arc import ANGLE, DEPARTURE, LENGTH, J, farthest, lowest_angle, semi_axes
+from wentry_cli.contours.band import Band
 from wentry_cli.contours.discrepancy import residual_statistics
-from wentry_cli.contours.likelihood import COUNT, first_levels
+from wentry_cli.contours.global_step import advance, is_negligible, remains, step_from
 from wentry_cli.contours.normal_equations import invert_block
 from wentry_cli.contours.nuisances import Belief
-from wentry_cli.contours.plateau import PLATEAU_PX
-from wentry_cli.contours.refine import (
-    HIDDEN_SHARE,
-    RECOLLECT_PX,
-    SECTOR_PX,
-    Band,
-    arc_shares,
-    cleaned_of,
-    copied,
-    first_belief,
-    gather_band,
-    solve_band,
-)
-from wentry_cli.contours.sectors import LEAST_PIXELS, WEIGHT
+from wentry_cli.contours.refine import HIDDEN_SHARE, Refined, arc_shares, copied, solve_band, take
+from wentry_cli.contours.sectors import MOVED, NUMBER, VERDICT, WEIGHT, weigh_sectors
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 # Half of the cap, in eccentric angle: that of the undeformed sphere.
 HALF_ANGLE = math.radians(30.0)
@@ -48,10 +38,14 @@ FOUND, OCCLUDED, POOR, OUT_OF_FRAME, ELSEWHERE = 0.0, 1.0, 2.0, 3.0, 4.0
 
 
 class Cap(NamedTuple):
-    """The sectors of a cap and their places on it, NaN off it."""
+    """The sectors ``chosen`` of a cap with an empty one beside them on either side: their places, NaN off the cap.
 
-    band: Band
+    The Jacobian of the ``rows`` is that of the powers of the place.
+    """
+
+    chosen: Ints
     place: Floats
+    rows: Floats
 
 
 @compiled
@@ -66,31 +60,40 @@ def places_on_cap(rows: Floats, lowest: float) -> Floats:
 
 @compiled
 def cap_of(band: Band) -> Cap:
-    """The sectors on the cap with an empty one beside them on either side.
-
-    Their Jacobian is that of the powers of the place.
-    """
+    """The sectors of a band that lie on the cap."""
     place = places_on_cap(band.rows, lowest_angle(band.shape)[0])
-    count, number, total = place.size, 0, 0
+    count, number = place.size, 0
     chosen = np.empty(count, dtype=np.int64)
     for k in range(count):
         if not (math.isnan(place[k]) and math.isnan(place[k - 1]) and math.isnan(place[(k + 1) % count])):
             chosen[number] = k
             number += 1
-            total += 0 if math.isnan(place[k]) else band.starts[k + 1] - band.starts[k]
     rows, places = np.empty((number, band.rows.shape[1])), np.empty(number)
-    starts = np.zeros(number + 1, dtype=np.int64)
-    plateaus = np.zeros((number, band.plateaus.shape[1], band.plateaus.shape[2]))
-    pixels, sources = np.empty((2, total)), np.empty(total, dtype=np.int64)
     for n in range(number):
         k = chosen[n]
         rows[n], places[n] = band.rows[k], place[k]
         rows[n, J : J + 5], rows[n, DEPARTURE] = 0.0, 0.0
+        if not math.isnan(place[k]):
+            for i in range(5):
+                rows[n, J + i] = place[k] ** i
+    return Cap(chosen[:number].copy(), places, rows)
+
+
+@compiled
+def cut_out(band: Band, cap: Cap) -> Band:
+    """The pixels of the cap alone."""
+    number, total = cap.place.size, 0
+    for n in range(number):
+        k = cap.chosen[n]
+        total += 0 if math.isnan(cap.place[n]) else band.starts[k + 1] - band.starts[k]
+    starts = np.zeros(number + 1, dtype=np.int64)
+    plateaus = np.zeros((number, band.plateaus.shape[1], band.plateaus.shape[2]))
+    pixels, sources = np.empty((2, total)), np.empty(total, dtype=np.int64)
+    for n in range(number):
+        k = cap.chosen[n]
         starts[n + 1] = starts[n]
-        if math.isnan(place[k]):
+        if math.isnan(cap.place[n]):
             continue
-        for i in range(5):
-            rows[n, J + i] = place[k] ** i
         plateaus[n] = band.plateaus[k]
         first = band.starts[k]
         starts[n + 1] += band.starts[k + 1] - first
@@ -98,29 +101,29 @@ def cap_of(band: Band) -> Cap:
             pixels[0, starts[n] + m] = band.pixels[0, first + m]
             pixels[1, starts[n] + m] = band.pixels[1, first + m]
             sources[starts[n] + m] = band.places[first + m]
-    only = Band(band.shape, pixels, starts, sources, plateaus, rows, band.scene, band.settings, band.width)
-    return Cap(only, places)
+    return Band(band.shape, pixels, starts, sources, plateaus, cap.rows, band.scene, band.settings, band.width)
 
 
 @compiled
-def share_seen(cap: Cap) -> float:
+def share_seen(cap: Cap, band: Band) -> float:
     """Share of the sectors of the cap that hold most of the pixels that there should be."""
-    total, full, starts = 0, 0, cap.band.starts
-    for k in range(cap.place.size):
-        if not math.isnan(cap.place[k]):
+    total, full = 0, 0
+    for n in range(cap.place.size):
+        if not math.isnan(cap.place[n]):
+            k = cap.chosen[n]
             total += 1
-            number = starts[k + 1] - starts[k]
-            full += 1 if number > LEAST_SEEN * cap.band.rows[k, LENGTH] * cap.band.width else 0
+            number = band.starts[k + 1] - band.starts[k]
+            full += 1 if number > LEAST_SEEN * cap.rows[n, LENGTH] * band.width else 0
     return full / max(1, total)
 
 
 @compiled
-def is_covered(sums: Floats, verdict: Floats) -> bool:
+def is_covered(verdict: Floats) -> bool:
     """Whether too few of the sectors that hold pixels agree with each other."""
     weight, number = 0.0, 0
-    for k in range(sums.shape[0]):
+    for k in range(verdict.shape[0]):
         weight += verdict[k, WEIGHT]
-        number += 1 if sums[k, COUNT] >= LEAST_PIXELS else 0
+        number += 1 if verdict[k, NUMBER] > 0.0 else 0
     return weight < max(FEWEST_KEPT, LEAST_KEPT * number)
 
 
@@ -169,16 +172,16 @@ def point_told(shape: Floats, moved: Floats, covariance: Floats, residual: float
 
 
 @compiled
-def lowest_point(cap: Cap, moved: Floats, factor: Floats, sums: Floats, verdict: Floats) -> Floats:
-    """What the displacement ``moved`` of the cap makes its lowest point: the entries of ``FOUND_ENTRIES``."""
+def lowest_point(shape: Floats, rows: Floats, moved: Floats, factor: Floats, verdict: Floats) -> Floats:
+    """What the displacement ``moved`` of a cap about ``shape`` makes its lowest point: ``FOUND_ENTRIES``."""
     if factor.size == 0:
         return not_found(POOR)
-    if is_covered(sums, verdict):
+    if is_covered(verdict):
         return not_found(OCCLUDED)
     residual, chi2 = residual_statistics(verdict, 3)
-    if math.isnan(chi2) or farthest(cap.band.rows, moved) > MOST_SHIFT_PX:
+    if math.isnan(chi2) or farthest(rows, moved) > MOST_SHIFT_PX:
         return not_found(POOR)
-    return point_told(cap.band.shape, moved, invert_block(factor, 5, max(1.0, chi2)), residual)
+    return point_told(shape, moved, invert_block(factor, 5, max(1.0, chi2)), residual)
 
 
 @compiled
@@ -189,66 +192,52 @@ def constrain(belief: Belief, radius: float) -> None:
 
 
 @compiled
-def bottom_within(band: Band, belief: Belief) -> Floats:
+def bottom_within(refined: Refined, shape: Floats) -> Floats:
     """The lowest point from a band that holds the whole outline; ``ELSEWHERE`` where it does not hold all of the cap.
 
-    ``belief`` is what the whole outline says of levels, blur and noise. A cap that is hidden in part wants more than
-    the band.
+    What the whole outline says of levels, blur and noise is believed. A cap that is hidden in part wants more than the
+    band.
     """
-    cap = cap_of(band)
-    if share_seen(cap) < 1.0:
+    cap = cap_of(refined.band)
+    if share_seen(cap, refined.band) < 1.0:
         return not_found(ELSEWHERE)
-    own = copied(belief)
-    constrain(own, band.shape[2])
-    moved, factor, sums, verdict = solve_band(cap.band, own, np.arange(5), 1)
-    if factor.size == 0 or arc_shares(cap.band.rows, sums, verdict)[1] > HIDDEN_SHARE:
+    if shape.size == 5:
+        found = bottom_of_sectors(refined, cap, shape)
+        if found[HOW] == FOUND:
+            return found
+    own = copied(refined.belief)
+    constrain(own, refined.band.shape[2])
+    moved, factor, verdict = solve_band(cut_out(refined.band, cap), own, np.arange(5), 1)
+    if factor.size == 0 or arc_shares(cap.rows, verdict)[1] > HIDDEN_SHARE:
         return not_found(ELSEWHERE)
-    return lowest_point(cap, moved, factor, sums, verdict)
+    return lowest_point(refined.band.shape, cap.rows, moved, factor, verdict)
 
 
 @compiled
-def cut_cap(values: NDArray[np.float32], shape: Floats, margin: float) -> tuple[NDArray[np.float32], Floats]:
-    """The part of the patch that lies about the cap, and the shape in its pixels.
+def bottom_of_sectors(refined: Refined, cap: Cap, shape: Floats) -> Floats:
+    """The lowest point from what the sectors say of the outline that was found, at ``shape``.
 
-    ``margin`` is how far beyond the ends of the cap pixels count (px).
+    ``ELSEWHERE`` where the cap is too far off it for one linear step, or hidden in part.
     """
-    a, b = semi_axes(shape)
-    lowest, depth = lowest_angle(shape)
-    top = shape[1] + depth * math.cos(HALF_ANGLE) - 1.5 * margin
-    places = np.empty(2)
-    for n in range(2):
-        end = lowest + (HALF_ANGLE if n == 1 else -HALF_ANGLE)
-        places[n] = a * math.cos(end) * math.cos(shape[4]) + b * math.sin(end) * math.sin(shape[4])
-    left = min(values.shape[1], max(0, math.floor(shape[0] + places.min() - margin)))
-    right = max(left, min(values.shape[1], math.ceil(shape[0] + places.max() + margin) + 1))
-    first = min(values.shape[0], max(0, math.floor(top)))
-    moved = shape.copy()
-    moved[0] -= left
-    moved[1] -= first
-    return values[first:, left:right].copy(), moved
-
-
-@compiled
-def refine_bottom(values: NDArray[np.float32], shape: Floats, settings: Floats, reach: float, masked: bool) -> Floats:
-    """The lowest point of an outline about ``shape``, the entries of ``FOUND_ENTRIES``; ``settings`` as in `Band`."""
-    margin = reach + PLATEAU_PX + math.hypot(settings[1], settings[2]) + SECTOR_PX
-    settings[0] = -math.inf
-    part, there = cut_cap(values, shape, margin)
-    light = 1.0 if masked else math.nan
-    cap = cap_of(gather_band(part, there, settings, reach, light))
-    low, high = first_levels(cap.band.pixels, cap.band.starts)
-    if share_seen(cap) < LEAST_SEEN or math.isnan(low):
-        return not_found(OUT_OF_FRAME)
-    belief = first_belief(cap.band, low, high)
-    constrain(belief, shape[2])
-    moved, factor, sums, verdict = solve_band(cap.band, belief, np.arange(5), 1)
-    if factor.size > 0 and not masked and arc_shares(cap.band.rows, sums, verdict)[1] > HIDDEN_SHARE:
-        cleaned = cleaned_of(part, cap.band, moved, belief)
-        other = cap_of(gather_band(cleaned, there, settings, reach, light))
-        step, better, _, judged = solve_band(other.band, copied(belief), np.arange(5), 0)
-        if better.size > 0 and farthest(other.band.rows, step - moved) < RECOLLECT_PX:
-            cap, moved, factor, verdict = other, step, better, judged
-    found = lowest_point(cap, moved, factor, sums, verdict)
-    found[COLUMN] += shape[0] - there[0]
-    found[ROW] += shape[1] - there[1]
-    return found
+    verdict = np.zeros((cap.place.size, VERDICT))
+    for n in range(cap.place.size):
+        if math.isnan(cap.place[n]):
+            verdict[n, MOVED] = math.nan
+        else:
+            verdict[n] = refined.verdict[cap.chosen[n]]
+    own, scene, powers = copied(refined.belief), refined.band.scene, np.arange(5)
+    constrain(own, scene[2])
+    moved, blur = np.zeros(5), 0.0
+    factor = np.zeros((0, 0))
+    for turn in range(2):
+        weigh_sectors(verdict, scene[2], False, turn == 0)
+        step, factor = step_from(verdict, cap.rows, powers, scene, moved, own)
+        if factor.size == 0:
+            return not_found(ELSEWHERE)
+        blur += take(step, powers, cap.rows, moved, own.nuisance)[1]
+        advance(verdict, cap.rows, powers, scene, step)
+    if arc_shares(cap.rows, verdict)[1] > HIDDEN_SHARE:
+        return not_found(ELSEWHERE)
+    if not is_negligible(remains(farthest(cap.rows, moved), blur), verdict):
+        return not_found(ELSEWHERE)
+    return lowest_point(shape, cap.rows, moved, factor, verdict)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.arc import NX, NY, J, X, Y
-from wentry_cli.contours.normal_equations import substitute
+from wentry_cli.contours.normal_equations import invert_block, substitute
 from wentry_cli.contours.sectors import LEVEL_IN, LEVEL_OUT, LN_S, LOCAL, MOVED, SLOPE_X, SLOPE_Y, VARIANCE, WEIGHT
 
 Floats = NDArray[np.float64]
@@ -128,3 +128,22 @@ def add_discrepancy(
         for i in range(size):
             for j in range(size):
                 covariance[i, j] += variance * steps[index, i] * steps[index, j]
+
+
+@compiled
+def concluded(verdict: Floats, factor: Floats, rows: Floats, free: Ints, scene: Floats) -> tuple[Floats, float]:
+    """Covariance of the free parameters, and the root mean square of what the sectors are still off by (px).
+
+    ``factor`` is the Cholesky factor of the normal matrix, ``verdict`` what the sectors say after the last step. The
+    residual is NaN where too few sectors are left.
+    """
+    size = free.size
+    residual, chi2 = residual_statistics(verdict, size)
+    if math.isnan(chi2):
+        return np.zeros((size, size)), math.nan
+    covariance = invert_block(factor, size, max(1.0, chi2))
+    excess = excess_variance(verdict, size)
+    if excess > 0.0:
+        pull = pull_of_sectors(verdict, rows, free, scene, factor.shape[0])
+        add_discrepancy(covariance, factor, pull, rows, verdict[:, WEIGHT].copy(), free, excess)
+    return covariance, residual

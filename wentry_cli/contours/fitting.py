@@ -15,6 +15,7 @@ from wentry_cli.contours.clipped import is_clipped, shift_covariance
 from wentry_cli.contours.ellipse import PARAMETERS, EllipseShape, SilhouetteFit
 from wentry_cli.contours.local_bottom import BottomFit, bottom_found, fit_local_bottom
 from wentry_cli.contours.outline_fit import (
+    FOUND,
     KNOWN,
     QUALITY,
     VERDICT,
@@ -43,7 +44,9 @@ MOST_RESIDUAL_GATED_PX, MOST_RESIDUAL_FEW_PX = 0.12, 0.03
 class FitRequest(NamedTuple):
     """What to fit and from which part of the outline; ``tilt_unc_deg`` is how well a tilt that is held is known.
 
-    ``followed`` says that the guess comes from frames just before, of which a scan makes use.
+    ``followed`` says that the guess comes from frames just before, of which a scan makes use; ``blur_px`` is the blur
+    in these where the guess is so good that the likelihood needs no scan, NaN where it may not be. ``also`` are the
+    parameters of a second fit to the same pixels.
     """
 
     free: tuple[str, ...]
@@ -54,6 +57,8 @@ class FitRequest(NamedTuple):
     departure: tuple[float, ...] = ()
     tilt_unc_deg: float = 0.0
     followed: bool = False
+    blur_px: float = math.nan
+    also: tuple[str, ...] = ()
 
 
 @cache
@@ -132,54 +137,98 @@ def bottom_unc(shape: EllipseShape, covariance: NDArray[np.float64]) -> float:
 @cache
 def indices_of(free: tuple[str, ...]) -> NDArray[np.int64]:
     """Where the free parameters stand in PARAMETERS; read only."""
-    return np.array([PARAMETERS.index(name) for name in free])
+    return np.array([PARAMETERS.index(name) for name in free], dtype=np.int64)
+
+
+class OutlineFit(NamedTuple):
+    """A fit, what the same pixels say of its lowest point, and the second fit, None where they do not tell it."""
+
+    fit: SilhouetteFit
+    bottom: BottomFit | None = None
+    other: SilhouetteFit | None = None
 
 
 def fit_shape(patch: Patch, guess: EllipseShape, request: FitRequest) -> SilhouetteFit:
     """Fit the free parameters of the ellipse of revolution; raises ValueError on an unknown level."""
-    return _fit(patch, guess, request, bottom=False)[0]
+    return _fit(patch, guess, request, bottom=False).fit
 
 
-def fit_with_bottom(patch: Patch, guess: EllipseShape, request: FitRequest) -> tuple[SilhouetteFit, BottomFit]:
-    """As `fit_shape`, and the lowest point of the cap alone, from the same pixels where they tell it."""
-    fit, found = _fit(patch, guess, request, bottom=True)
-    if fit.status == "ok" and found[HOW] != ELSEWHERE:
-        return fit, bottom_found(patch, found)
-    locate = fit_local_bottom if request.level == "accurate" else fit_scan_bottom
-    return fit, locate(patch, fit, motion_px=request.motion_px)
+def fit_with_bottom(patch: Patch, guess: EllipseShape, request: FitRequest, *, bottom: bool = True) -> OutlineFit:
+    """As `fit_shape`, with the lowest point of the cap alone and the second fit that were asked for."""
+    found = _fit(patch, guess, request, bottom=bottom)
+    if bottom and found.bottom is None:
+        locate = fit_local_bottom if request.level == "accurate" else fit_scan_bottom
+        found = found._replace(bottom=locate(patch, found.fit, motion_px=request.motion_px))
+    if request.also and found.other is None and found.fit.status == "ok":
+        shape = found.fit.shape
+        return found._replace(other=fit_shape(patch, shape, request._replace(free=request.also, also=())))
+    return found
 
 
-def _fit(
-    patch: Patch, guess: EllipseShape, request: FitRequest, *, bottom: bool
-) -> tuple[SilhouetteFit, NDArray[np.float64]]:
+def _fit(patch: Patch, guess: EllipseShape, request: FitRequest, *, bottom: bool) -> OutlineFit:
     if request.level not in LEVELS:
         raise ValueError(f"level is one of {', '.join(LEVELS)}, not {request.level!r}")
     values = np.ascontiguousarray(patch.values, dtype=np.float32)
     vector = guess.vector(patch.x0, patch.y0, request.departure)
     free = indices_of(request.free)
-    top = request.top_y_px - patch.y0
-    least = LEAST_ARC_FREE_SIZE if "R" in request.free else LEAST_ARC
-    settings = np.array([top, *request.motion_px, patch.ceiling, request.one_sided], np.float64)
-    tilt_unc = math.radians(request.tilt_unc_deg)
-    refines = request.level == "accurate"
-    followed, bottom = request.followed and not refines, bottom and refines
-    noise = float(patch.noise_floor)
-    wanted = OutlineRequest(settings, refines, noise, least, tilt_unc, bottom, followed)
-    outline, covariance, cap = fit_outline(values, vector, free, wanted)
+    outline, covariance, cap, other = fit_outline(values, vector, free, _wanted(patch, request, bottom=bottom))
     found = outline.tolist()
-    quality, known = found[QUALITY:KNOWN], found[KNOWN:]
+    quality = found[QUALITY:KNOWN]
     if status := VERDICTS[int(found[VERDICT])]:
         lost = status == "no_edge" and np.mean(~(values < patch.ceiling)) > MOST_CLIPPED
-        return unmeasured(quality[1], quality[2], "saturated" if lost else status), cap
+        return OutlineFit(unmeasured(quality[1], quality[2], "saturated" if lost else status))
+    fit = _told(patch, vector, found, covariance, request)
+    told = bottom_found(patch, cap) if fit.status == "ok" and cap[HOW] != ELSEWHERE else None
+    if not other.size:
+        return OutlineFit(fit, told)
+    numbers, rest = other[5 : 5 + FOUND].tolist(), other[5 + FOUND :].reshape(5, 5)
+    second = request._replace(free=request.also)
+    return OutlineFit(fit, told, _told(patch, other[:5], numbers, rest, second))
+
+
+def _wanted(patch: Patch, request: FitRequest, *, bottom: bool) -> OutlineRequest:
+    """The request in the pixels of the patch, as compiled code reads it."""
+    settings = np.array(
+        [request.top_y_px - patch.y0, *request.motion_px, patch.ceiling, request.one_sided], dtype=np.float64
+    )
+    refines = request.level == "accurate"
+    return OutlineRequest(
+        settings,
+        refines,
+        float(patch.noise_floor),
+        _least_arc(request.free),
+        math.radians(request.tilt_unc_deg),
+        bottom and refines,
+        request.followed,
+        request.blur_px,
+        indices_of(request.also),
+        _least_arc(request.also),
+    )
+
+
+def _least_arc(free: tuple[str, ...]) -> float:
+    return LEAST_ARC_FREE_SIZE if "R" in free else LEAST_ARC
+
+
+def _told(
+    patch: Patch,
+    vector: NDArray[np.float64],
+    found: list[float],
+    covariance: NDArray[np.float64],
+    request: FitRequest,
+) -> SilhouetteFit:
+    """The fit that numbers of `fit_outline` tell, in full-frame pixels."""
+    quality, known = found[QUALITY:KNOWN], found[KNOWN:]
     x, y, radius, stretch, tilt = vector[:5].tolist()
-    shape = EllipseShape(x + patch.x0, y + patch.y0, radius, stretch, math.degrees(tilt))
     if is_clipped(patch):
-        covariance[np.ix_(free, free)] += shift_covariance(vector, free, top)
+        free = indices_of(request.free)
+        covariance[np.ix_(free, free)] += shift_covariance(vector, free, request.top_y_px - patch.y0)
         known[2:] = spreads(radius, stretch, tilt, covariance).tolist()
     if "tilt" in request.free:
         known[:2] = 0.0, known[6]
     _, _, gated, residual = quality
-    return _gathered(shape, covariance, quality, fit_status(gated, residual, request), known), cap
+    shape = EllipseShape(x + patch.x0, y + patch.y0, radius, stretch, math.degrees(tilt))
+    return _gathered(shape, covariance, quality, fit_status(gated, residual, request), known)
 
 
 def fit_status(gated: float, residual: float, request: FitRequest) -> str:

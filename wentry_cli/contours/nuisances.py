@@ -9,8 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.contours.likelihood import CHI2, COUNT, COUNT_IN, COUNT_OUT, REST_IN, REST_OUT, SQUARE_IN, SQUARE_OUT
-from wentry_cli.contours.plateau import FEWEST_SECTORS, LL, L, N
+from wentry_cli.contours.arc import NX, NY, X, Y
+from wentry_cli.contours.likelihood import (
+    CHI2,
+    COUNT,
+    COUNT_IN,
+    COUNT_OUT,
+    REST_IN,
+    REST_OUT,
+    SQUARE_IN,
+    SQUARE_OUT,
+)
+from wentry_cli.contours.normal_equations import solve
+from wentry_cli.contours.plateau import FEWEST_SECTORS, LL, OUTER, D, L, N
 from wentry_cli.contours.sectors import (
     LEAST_PIXELS,
     LEVEL_IN,
@@ -92,6 +103,40 @@ def first_noise(plateaus: Floats) -> Floats:
         noise[side] = max(LEAST_NOISE, median_of(scatter, number))
     bound_noise(noise)
     return noise
+
+
+@compiled
+def mean_levels(plateaus: Floats) -> tuple[float, float]:
+    """Mean levels inside and outside, beyond the band."""
+    number, level = np.zeros(2), np.zeros(2)
+    for k in range(plateaus.shape[0]):
+        for side in range(2):
+            number[side] += plateaus[k, side, N]
+            level[side] += plateaus[k, side, L]
+    return level[0] / number[0], level[1] / number[1]
+
+
+@compiled
+def tilt_ground(plateaus: Floats, rows: Floats, scene: Floats, belief: Belief) -> None:
+    """Put into ``belief`` what level and slope of the ground are beyond the band, as far as its priors let them."""
+    normal, right, place = np.zeros((3, 3)), np.zeros(3), np.ones(3)
+    for i in range(3):
+        normal[i, i] = belief.noise[1] / belief.prior[1, LEVEL_OUT + i]
+    for k in range(plateaus.shape[0]):
+        one = plateaus[k, OUTER]
+        if one[N] == 0.0:
+            continue
+        away = one[D] / one[N]
+        place[1] = (rows[k, X] + away * rows[k, NX] - scene[0]) / scene[2]
+        place[2] = (rows[k, Y] + away * rows[k, NY] - scene[1]) / scene[2]
+        rest = one[L] - one[N] * belief.nuisance[LEVEL_OUT]
+        for i in range(3):
+            right[i] += rest * place[i]
+            for j in range(i + 1):
+                normal[i, j] += one[N] * place[i] * place[j]
+    if solve(normal, right):
+        for i in range(3):
+            belief.nuisance[LEVEL_OUT + i] += right[i]
 
 
 @compiled

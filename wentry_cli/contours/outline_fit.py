@@ -10,9 +10,13 @@ from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.bottom_cap import ELSEWHERE, bottom_within, not_found
-from wentry_cli.contours.refine import BLUR, PLAIN, RESIDUAL, STATUS, refine_shape
+from wentry_cli.contours.discrepancy import concluded
+from wentry_cli.contours.global_step import advance, is_negligible, remains, step_from
+from wentry_cli.contours.nuisances import PRIOR_LN_S
+from wentry_cli.contours.refine import ARC, BLUR, GATED, PLAIN, RESIDUAL, STATUS, Refined, copied, refine_shape, take
 from wentry_cli.contours.scan import LEFT_OUT, OCCLUDED_SHARE, scan_shape
-from wentry_cli.contours.turning import ANSWER, STEP, UNC
+from wentry_cli.contours.sectors import LN_S
+from wentry_cli.contours.turning import ANSWER, STEP, UNC, no_turn, pixel_turn, wants_tilt
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -21,6 +25,8 @@ SEARCH_PX = 12.0
 RAYS = 96
 # Blur along the edge that the scan assumes, px^2: an optical sigma of 1, the pixel (1/12), bilinear sampling (1/6).
 SCAN_VARIANCE = 1.25
+# Beside the least arc, which outlines that are not scanned must reach.
+CLEARLY = 0.02
 # Where `fit_outline` puts its verdict, blur, arc, gated share and residual, the turn and the `spreads`.
 VERDICT, QUALITY, KNOWN, FOUND = 0, 1, 5, 13
 VERDICTS, POOR = ("", "short_arc", "out_of_frame", "no_edge", "occluded", "poor_fit"), 5.0
@@ -32,7 +38,9 @@ class OutlineRequest(NamedTuple):
     ``settings`` are those of `refine.Band` but the last, which the scan tells; ``refines`` is False for the scan alone;
     ``noise`` is the least one of the patch, ``least_arc`` the share of the perimeter that must be seen, ``tilt_unc``
     (rad) how well a tilt that is held is known; ``bottom`` asks for the lowest point from the cap alone, too, and
-    ``followed`` says that the guess comes from frames just before, of which a scan makes use.
+    ``followed`` says that the guess comes from frames just before, of which a scan makes use. ``blur`` is theirs, px,
+    where the guess is as good as a scan, otherwise NaN. ``also`` are the parameters of a second fit, none where there
+    is none, and ``least_arc_also`` what that must see.
     """
 
     settings: Floats
@@ -42,6 +50,9 @@ class OutlineRequest(NamedTuple):
     tilt_unc: float
     bottom: bool
     followed: bool
+    blur: float
+    also: Ints
+    least_arc_also: float
 
 
 @compiled
@@ -107,34 +118,89 @@ def scan_verdict(report: Floats, least: float) -> float:
 @compiled
 def fit_outline(
     values: NDArray[np.float32], vector: Floats, free: Ints, request: OutlineRequest
-) -> tuple[Floats, Floats, Floats]:
+) -> tuple[Floats, Floats, Floats, Floats]:
     """Scan and, at the level "accurate", refine a shape, which is moved in place (patch pixels, tilt in radians).
 
-    Returns the numbers of the fit (``VERDICT`` and on), the covariance of all parameters, and the entries of
-    `bottom_cap` for the lowest point, where it was asked for and the same pixels tell it.
+    Where the guess is as good as a scan, there is none. Returns the numbers of the fit (``VERDICT`` and on), the
+    covariance of all parameters, the entries of `bottom_cap` for the lowest point, where it was asked for and the same
+    pixels tell it, and what `second_fit` returns, where that was asked for.
     """
-    bottom = not_found(ELSEWHERE)
+    bottom, other = not_found(ELSEWHERE), np.zeros(0)
     found = np.full(FOUND, math.nan)
+    if request.refines and request.blur > 0.0:
+        near, settings = vector.copy(), np.append(request.settings, 0.0)
+        refined = refine_shape(values, near, free, settings, math.log(request.blur), False)
+        if refined.report[STATUS] == 0.0 and refined.report[ARC] >= request.least_arc + CLEARLY:
+            vector[:] = near
+            return fitted(found, refined, vector, free, request)
     top_y, across, down, _, one_sided = request.settings
     scans = 2.0 if request.refines else 3.0
     search = np.array([SEARCH_PX, one_sided, RAYS, SCAN_VARIANCE, scans, across, down, request.noise])
-    covariance, scan, turn = scan_shape(values, vector, free, top_y, search, request.followed)
+    covariance, scan, turn = scan_shape(values, vector, free, top_y, search, request.followed and not request.refines)
     found[QUALITY + 1 : KNOWN] = scan[1:4]
     found[VERDICT] = scan_verdict(scan, request.least_arc)
     if found[VERDICT] == 0.0 and request.refines:
         settings = np.append(request.settings, 1.0 if scan[LEFT_OUT] > OCCLUDED_SHARE else 0.0)
-        covariance, fine, turn, band, belief = refine_shape(values, vector, free, settings)
-        if fine[STATUS] == 0.0:
-            found[QUALITY:KNOWN] = fine[BLUR : RESIDUAL + 1]
-            if request.bottom and fine[PLAIN] > 0.0:
-                bottom = bottom_within(band, belief)
-        else:
-            found[VERDICT] = POOR
-    if found[VERDICT] > 0.0:
-        return found, np.full((5, 5), math.nan), bottom
-    whole = whole_covariance(covariance, free, turn, request.tilt_unc)
-    if not math.isfinite(whole.sum()):
+        refined = refine_shape(values, vector, free, settings, PRIOR_LN_S, True)
+        if refined.report[STATUS] == 0.0:
+            return fitted(found, refined, vector, free, request)
         found[VERDICT] = POOR
+    if found[VERDICT] > 0.0:
+        return found, np.full((5, 5), math.nan), bottom, other
+    whole = whole_covariance(covariance, free, turn, request.tilt_unc)
+    tell(found, vector, whole, turn)
+    return found, whole, bottom, other
+
+
+@compiled
+def tell(found: Floats, vector: Floats, whole: Floats, turn: Floats) -> None:
+    """Fill in verdict, turn and ``spreads`` of a fit with this covariance of all parameters."""
+    found[VERDICT] = 0.0 if math.isfinite(whole.sum()) else POOR
     found[KNOWN], found[KNOWN + 1] = turn[STEP], turn[UNC]
     found[KNOWN + 2 :] = spreads(vector[2], vector[3], vector[4], whole)
-    return found, whole, bottom
+
+
+@compiled
+def fitted(
+    found: Floats, refined: Refined, vector: Floats, free: Ints, request: OutlineRequest
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """What `fit_outline` returns of an outline that was refined, at ``vector``."""
+    report = refined.report
+    found[QUALITY:KNOWN] = report[BLUR : RESIDUAL + 1]
+    bottom, other = not_found(ELSEWHERE), np.zeros(0)
+    if request.bottom and report[PLAIN] > 0.0:
+        bottom = bottom_within(refined, vector)
+    if request.also.size > 0 and report[ARC] >= request.least_arc_also:
+        other = second_fit(refined, vector, request.also, request.tilt_unc)
+    whole = whole_covariance(refined.covariance, free, refined.turn, request.tilt_unc)
+    tell(found, vector, whole, refined.turn)
+    return found, whole, bottom, other
+
+
+@compiled
+def second_fit(refined: Refined, vector: Floats, free: Ints, tilt_unc: float) -> Floats:
+    """The fit of another set of parameters to the pixels of one: vector (5), numbers (FOUND), covariance (25).
+
+    Empty where they are too far apart for one linear step.
+    """
+    rows, scene, own = refined.band.rows, refined.band.scene, copied(refined.belief)
+    moved, nothing = np.zeros(5), np.zeros(0)
+    step, factor = step_from(refined.verdict, rows, free, scene, moved, own)
+    if factor.size == 0:
+        return nothing
+    after = refined.verdict.copy()
+    far, blur = take(step, free, rows, moved, own.nuisance)
+    advance(after, rows, free, scene, step)
+    covariance, residual = concluded(after, factor, rows, free, scene)
+    if math.isnan(residual) or not is_negligible(remains(far, blur), after):
+        return nothing
+    told = np.full(5 + FOUND + 25, math.nan)
+    shape, found = told[:5], told[5 : 5 + FOUND]
+    shape[:] = vector[:5] + moved
+    found[QUALITY], found[QUALITY + 1] = math.exp(own.nuisance[LN_S]), refined.report[ARC]
+    found[QUALITY + 2], found[QUALITY + 3] = refined.report[GATED], residual
+    turn = pixel_turn(after, rows, scene, free, moved, own) if wants_tilt(free) else no_turn()
+    whole = whole_covariance(covariance, free, turn, tilt_unc)
+    tell(found, shape, whole, turn)
+    told[5 + FOUND :] = whole.ravel()
+    return told

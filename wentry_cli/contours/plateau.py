@@ -88,28 +88,61 @@ def lines_of(row: Floats, size: tuple[int, int], top: int) -> Lines:
 def sum_sector(flat: NDArray[np.float32], lines: Lines, near: float, far: float, found: Floats) -> None:
     """Fill ``found`` with the moments of the pixels of one sector between two distances of one sign, near < far.
 
-    Lines of pixels end at the neighbouring sectors, whose borders are normals of the ellipse.
+    Lines of pixels end at the neighbouring sectors, whose borders are normals of the ellipse. Along a line the distance
+    grows evenly, which makes its own moments sums of whole numbers.
     """
-    number = level_sum = square_sum = distance_sum = product_sum = distances = 0.0
+    found[:] = 0.0
+    cross = lines.cross
     one, other = lines.start + near * lines.main, lines.start + far * lines.main
     first, last = max(lines.first[0], math.ceil(min(one, other))), min(lines.size[0] - 1, math.floor(max(one, other)))
     for line in range(first, last + 1):
-        along, at = line - lines.start, line * lines.step[0]
+        along = line - lines.start
         half, middle = lines.width * (1.0 + lines.bend * along), lines.aside + along * lines.turn
-        base = along * lines.main - lines.aside * lines.cross
         begin, end = max(lines.first[1], math.ceil(middle - half)), min(lines.size[1], math.ceil(middle + half))
-        for place in range(begin, end):
-            level = np.float64(flat[np.uint64(at + place * lines.step[1])])
-            if not math.isnan(level):
-                distance = base + place * lines.cross
-                number += 1.0
-                level_sum += level
-                square_sum += level * level
-                distance_sum += distance
-                product_sum += level * distance
-                distances += distance * distance
-    found[N], found[L], found[LL] = number, level_sum, square_sum
-    found[D], found[LD], found[DSQUARE] = distance_sum, product_sum, distances
+        if begin >= end:
+            continue
+        base = along * lines.main + (begin - lines.aside) * cross
+        at, step = np.uint64(line * lines.step[0] + begin * lines.step[1]), np.uint64(lines.step[1])
+        level_sum = square_sum = product_sum = 0.0
+        place = 0.0
+        for _ in range(begin, end):
+            level = np.float64(flat[at])
+            level_sum += level
+            square_sum += level * level
+            product_sum += level * place
+            place += 1.0
+            at += step
+        if math.isnan(level_sum):
+            add_seen(flat, (np.uint64(at - step * np.uint64(end - begin)), step), end - begin, (base, cross), found)
+            continue
+        places, squares = 0.5 * place * (place - 1.0), place * (place - 1.0) * (2.0 * place - 1.0) / 6.0
+        found[N] += place
+        found[L] += level_sum
+        found[LL] += square_sum
+        found[D] += base * place + cross * places
+        found[LD] += base * level_sum + cross * product_sum
+        found[DSQUARE] += base * (base * place + 2.0 * cross * places) + cross * cross * squares
+
+
+@compiled
+def add_seen(
+    flat: NDArray[np.float32], start: tuple[np.uint64, np.uint64], count: int, line: tuple[float, float], found: Floats
+) -> None:
+    """Add the moments of those of ``count`` pixels that are not masked.
+
+    ``start`` is where the first of them is and how far apart they are in ``flat``; ``line`` the distance of the first
+    from the edge, and what it grows by.
+    """
+    for n in range(count):
+        level = np.float64(flat[start[0] + np.uint64(n) * start[1]])
+        if not math.isnan(level):
+            distance = line[0] + n * line[1]
+            found[N] += 1.0
+            found[L] += level
+            found[LL] += level * level
+            found[D] += distance
+            found[LD] += level * distance
+            found[DSQUARE] += distance * distance
 
 
 @compiled

@@ -9,34 +9,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.contours.arc import LENGTH, arc_geometry, farthest, quadrant_table, sector_angles, semi_axes
-from wentry_cli.contours.band import collect_band
-from wentry_cli.contours.discrepancy import add_discrepancy, excess_variance, pull_of_sectors, residual_statistics
-from wentry_cli.contours.likelihood import (
-    COUNT,
-    STATE,
-    SUMS,
-    accumulate,
-    expect,
-    first_levels,
+from wentry_cli.contours.arc import LENGTH, farthest
+from wentry_cli.contours.band import Band, gather_band, reach_of
+from wentry_cli.contours.discrepancy import concluded
+from wentry_cli.contours.global_step import advance, is_negligible, remains, step_from
+from wentry_cli.contours.likelihood import STATE, SUMS, accumulate, expect, first_levels
+from wentry_cli.contours.nuisances import (
+    Belief,
+    first_noise,
+    mean_levels,
+    noise_levels,
+    priors,
+    tilt_ground,
+    weigh_noise,
 )
-from wentry_cli.contours.normal_equations import factorise, invert_block, substitute
-from wentry_cli.contours.nuisances import PRIOR_LN_S, Belief, add_priors, first_noise, noise_levels, priors, weigh_noise
-from wentry_cli.contours.plateau import PLATEAU_PX, add_plateaus, sum_plateaus
+from wentry_cli.contours.plateau import add_plateaus
 from wentry_cli.contours.sectors import (
-    LEAST_PIXELS,
     LEVEL_IN,
     LEVEL_OUT,
     LN_S,
     NUISANCES,
+    NUMBER,
     TOLERANCE_OF_R,
     TOLERANCE_PX,
     VERDICT,
     WEIGHT,
-    assemble,
-    judge,
+    hear_sectors,
     level_spread,
     set_state,
+    weigh_sectors,
 )
 from wentry_cli.contours.spoilt import without_spoilt
 from wentry_cli.contours.turning import no_turn, pixel_turn, wants_tilt
@@ -44,13 +45,11 @@ from wentry_cli.contours.turning import no_turn, pixel_turn, wants_tilt
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# Sectors of an outline that is hidden in part are smaller: what hides them costs less.
-SECTOR_PX, SMALL_SECTOR_PX = 4.0, 3.0
-SECTOR_ANGLE = math.radians(40.0)
-# The band of the edge ends where its blur does, so many standard deviations away.
-REACH_SIGMA, LEAST_BLUR, WIDER = 4.2, 1.0, 1.25
+WIDER = 1.25  # by how much an edge may be more blurred than the band is wide
 SETTLED_PX = 0.004
 RECOLLECT_PX = 0.25
+# Share of an outline that may disagree where it was not scanned.
+MOST_UNSCANNED = 0.15
 ROUNDS = 6
 # Share of the outline left out from which it is worth looking at single pixels.
 HIDDEN_SHARE = 0.02
@@ -62,108 +61,82 @@ STATUS, BLUR, ARC, GATED, RESIDUAL, PLAIN, REPORT = 0, 1, 2, 3, 4, 5, 6
 SINGULAR, LOST = 1.0, 2.0
 
 
-class Band(NamedTuple):
-    """Pixels about the outline ``shape``, sector by sector, where each sector starts, and what the scene is like.
+class Refined(NamedTuple):
+    """An outline whose likelihood is greatest.
 
-    ``places`` says where in the patch, read line by line, a pixel is. ``plateaus`` are the moments of what lies beyond
-    them (see `plateau`), ``width`` is that of the band, px. ``scene`` holds centre (x, y), radius and motion (x, y);
-    ``settings`` the top row, the motion (x, y), the ceiling, 1 where outliers lie outside only, and 1 where much of the
-    outline is hidden.
+    ``report`` holds status, blur, arc, gated, residual, and 1 where the band holds all pixels and no masked ones;
+    ``covariance`` that of the free parameters; ``turn`` as in `turning`. ``band`` is the last one, ``belief`` what is
+    believed of it, and ``verdict`` what its sectors say of the outline that was found.
     """
 
-    shape: Floats
-    pixels: Floats
-    starts: Ints
-    places: Ints
-    plateaus: Floats
-    rows: Floats
-    scene: Floats
-    settings: Floats
-    width: float
+    report: Floats
+    covariance: Floats
+    turn: Floats
+    band: Band
+    belief: Belief
+    verdict: Floats
 
 
 @compiled
-def update(
-    normal: Floats, right: Floats, free: Ints, rows: Floats, moved: Floats, nuisance: Floats
-) -> tuple[bool, float]:
-    """Solve for one step in place; False where singular, and the greatest change of an edge (px) or of ln s / 10."""
-    if not factorise(normal):
-        return False, math.nan
-    substitute(normal, right)
-    size, step = free.size, np.zeros(5)
+def take(step: Floats, free: Ints, rows: Floats, moved: Floats, nuisance: Floats) -> tuple[float, float]:
+    """Add a step in place; returns the greatest displacement of the outline (px) and the change of ln s."""
+    size, change = free.size, np.zeros(5)
     for i in range(size):
-        step[free[i]] = right[i]
-    moved += step
+        change[free[i]] = step[i]
+    moved += change
     for i in range(NUISANCES - 1):
-        nuisance[i] += right[size + i]
-    blur_step = min(0.35, max(-0.35, right[size + LN_S]))
-    nuisance[LN_S] = min(1.8, max(-1.2, nuisance[LN_S] + blur_step))
-    return True, max(0.1 * abs(blur_step), farthest(rows, step))
+        nuisance[i] += step[size + i]
+    blur = min(0.35, max(-0.35, step[size + LN_S]))
+    nuisance[LN_S] = min(1.8, max(-1.2, nuisance[LN_S] + blur))
+    return farthest(rows, change), blur
 
 
 @compiled
-def arc_shares(rows: Floats, sums: Floats, verdict: Floats) -> tuple[float, float]:
+def arc_shares(rows: Floats, verdict: Floats) -> tuple[float, float]:
     """Share of the perimeter that has pixels, and the share of that which was left out."""
     total, seen, kept = 0.0, 0.0, 0.0
     for k in range(rows.shape[0]):
         total += rows[k, LENGTH]
-        if sums[k, COUNT] >= LEAST_PIXELS:
+        if verdict[k, NUMBER] > 0.0:
             seen += rows[k, LENGTH]
             kept += rows[k, LENGTH] * verdict[k, WEIGHT]
     return seen / total, 1.0 - kept / max(seen, 1e-9)
 
 
 @compiled
-def reach_of(ln_blur: float) -> float:
-    """Half-width of the band that an edge of this blur fills, px."""
-    return REACH_SIGMA * max(LEAST_BLUR, math.exp(ln_blur))
+def first_belief(band: Band, ln_blur: float, ground: float) -> Belief:
+    """What is believed at first: levels and noise from beyond the band, else levels from its rims and no noise.
 
-
-@compiled
-def gather_band(values: NDArray[np.float32], shape: Floats, settings: Floats, reach: float, masked: float) -> Band:
-    """Cut the outline of ``shape`` into sectors and collect the pixels within ``reach`` (px) of it.
-
-    ``masked`` is the level that masked pixels outside of the edge are taken to have; NaN leaves them out.
+    Where nothing tells them the level inside is NaN and that outside ``ground``.
     """
-    a, b = semi_axes(shape)
-    count, table = quadrant_table(a, b, SMALL_SECTOR_PX if settings[5] > 0.0 else SECTOR_PX, SECTOR_ANGLE)
-    rows = arc_geometry(shape, sector_angles(count, table))
-    motion = 0.5 * math.hypot(settings[1], settings[2])
-    limits = np.array([min(reach + motion, 0.5 * min(a, b)), reach + motion, settings[0], masked])
-    pixels, starts, places = collect_band(values, shape, count, table, limits)
-    # outside of a sphere seen from above stands the splash ring; levels do not tell where the edge of clipped light is
-    clipped = settings[3] < math.inf
-    far = 0.0 if settings[4] > 0.0 or clipped else limits[1] + PLATEAU_PX
-    deep = 0.0 if clipped else min(limits[0] + PLATEAU_PX, 0.5 * min(a, b))
-    plateaus = sum_plateaus(values, rows, starts, (limits[0], deep), (limits[1], far), settings[0])
-    scene = np.array([shape[0], shape[1], shape[2], settings[1], settings[2]])
-    return Band(shape.copy(), pixels, starts, places, plateaus, rows, scene, settings, limits[0] + limits[1])
-
-
-@compiled
-def first_belief(band: Band, low: float, high: float) -> Belief:
-    """What is believed at first, with the levels ``low`` inside and ``high`` outside (NaN: that of the ground)."""
-    nuisance = np.zeros(NUISANCES)
-    nuisance[LEVEL_IN], nuisance[LEVEL_OUT] = low, 1.0 if math.isnan(high) else high
-    nuisance[LN_S] = PRIOR_LN_S
+    nuisance, noise = np.zeros(NUISANCES), first_noise(band.plateaus)
+    if noise[1] > 0.0:
+        nuisance[LEVEL_IN], nuisance[LEVEL_OUT] = mean_levels(band.plateaus)
+    else:
+        nuisance[LEVEL_IN], nuisance[LEVEL_OUT] = first_levels(band.pixels, band.starts)
+        if math.isnan(nuisance[LEVEL_OUT]):
+            nuisance[LEVEL_OUT] = ground
+    nuisance[LN_S] = ln_blur
     prior = priors(nuisance, band.scene[2], band.settings[3])
-    return Belief(nuisance, prior, first_noise(band.plateaus), np.full(2, 1e-6), np.zeros(5))
+    belief = Belief(nuisance, prior, noise, np.full(2, 1e-6), np.zeros(5))
+    if noise[1] > 0.0:
+        tilt_ground(band.plateaus, band.rows, band.scene, belief)
+    return belief
 
 
 @compiled
-def solve_band(band: Band, belief: Belief, free: Ints, patience: int) -> tuple[Floats, Floats, Floats, Floats]:
+def solve_band(band: Band, belief: Belief, free: Ints, patience: int) -> tuple[Floats, Floats, Floats]:
     """Gauss-Newton steps of the free parameters over one band of pixels; ``belief`` is changed in place.
 
     For the first ``patience`` turns no sector is left out for standing out from the others.
 
-    Returns the total step (5), the Cholesky factor of the last normal matrix (empty where it was singular), the sums
-    and the verdict of the sectors.
+    Returns the total step (5), the Cholesky factor of the last normal matrix (empty where it was singular), and what
+    the sectors say after the last step.
     """
     count = band.rows.shape[0]
     sums, state = np.zeros((count, SUMS)), np.zeros((count, STATE))
     verdict = np.zeros((count, VERDICT))
     moved = np.zeros(5)
-    normal = np.zeros((0, 0))
     for turn in range(ROUNDS):
         set_state(state, band.rows, moved, belief.nuisance, band.scene)
         fresh = belief.noise[1] == 0.0
@@ -175,16 +148,20 @@ def solve_band(band: Band, belief: Belief, free: Ints, patience: int) -> tuple[F
         else:
             add_plateaus(band.plateaus, state, belief.noise, sums)
         level_spread(sums, belief.spread)
-        judge(sums, belief.spread, band.scene[2], band.settings[4] > 0.0, turn < patience, verdict)
-        normal, right = assemble(verdict, band.rows, free, band.scene)
-        add_priors(normal, right, free, moved, belief)
-        good, change = update(normal, right, free, band.rows, moved, belief.nuisance)
-        if not good:
-            return moved, np.zeros((0, 0)), sums, verdict
-        noise_levels(sums, verdict, belief.noise)
-        if (turn > 0 and turn >= patience and change < SETTLED_PX) or change > 2.0:
+        hear_sectors(sums, belief.spread, verdict)
+        weigh_sectors(verdict, band.scene[2], band.settings[4] > 0.0, turn < patience)
+        step, factor = step_from(verdict, band.rows, free, band.scene, moved, belief)
+        if factor.size == 0:
             break
-    return moved, normal, sums, verdict
+        far, blur = take(step, free, band.rows, moved, belief.nuisance)
+        noise_levels(sums, verdict, belief.noise)
+        settled = turn > 0 and max(far, 0.1 * abs(blur)) < SETTLED_PX
+        settled = settled or (not fresh and is_negligible(remains(far, blur), verdict))
+        if (settled and turn >= patience) or far > 2.0:
+            break
+    if factor.size > 0:
+        advance(verdict, band.rows, free, band.scene, step)
+    return moved, factor, verdict
 
 
 @compiled
@@ -201,7 +178,7 @@ def cleaned_of(values: NDArray[np.float32], band: Band, moved: Floats, belief: B
 def copied(belief: Belief) -> Belief:
     """A belief to try something with."""
     nuisance, noise, spread = belief.nuisance.copy(), belief.noise.copy(), belief.spread.copy()
-    return Belief(nuisance, belief.prior, noise, spread, belief.precision)
+    return Belief(nuisance, belief.prior, noise, spread, belief.precision.copy())
 
 
 @compiled
@@ -219,7 +196,7 @@ def regain(
     for _ in range(REGAINS):
         cleaned = cleaned_of(values, band, moved, belief)
         other, trial = gather_band(cleaned, shape, band.settings, reach, math.nan), copied(belief)
-        step, better, _, judged = solve_band(other, trial, free, 0)
+        step, better, judged = solve_band(other, trial, free, 0)
         far = farthest(other.rows, step)
         if better.size == 0 or far > RECOLLECT_PX:
             break
@@ -234,61 +211,54 @@ def regain(
 
 @compiled
 def refine_shape(
-    values: NDArray[np.float32], shape: Floats, free: Ints, settings: Floats
-) -> tuple[Floats, Floats, Floats, Band, Belief]:
+    values: NDArray[np.float32], shape: Floats, free: Ints, settings: Floats, ln_blur: float, scanned: bool
+) -> Refined:
     """Maximise the likelihood from a start that is right to a fraction of a pixel; ``shape`` is moved in place.
 
-    ``settings`` as in `Band`. Returns the covariance of the free parameters, the report (status, blur, arc, gated,
-    residual, and 1 where the band holds all pixels and no masked ones), the turn (see `turning`), and the last band
-    with what is believed of it.
+    ``settings`` as in `Band`; ``ln_blur`` is what the blur is at first. A start that was not ``scanned`` for is lost
+    unless it is right to ``RECOLLECT_PX`` and nearly all of the outline agrees.
     """
     report = np.zeros(REPORT)
     report[STATUS] = LOST
     nothing = np.zeros((free.size, free.size))
-    masked, reach = math.nan, reach_of(PRIOR_LN_S)
+    masked, reach = math.nan, reach_of(ln_blur)
     band = gather_band(values, shape, settings, reach, masked)
-    low, high = first_levels(band.pixels, band.starts)
-    if math.isnan(high):
+    belief = first_belief(band, ln_blur, math.nan)
+    if math.isnan(belief.nuisance[LEVEL_OUT]) and scanned:
         # no light was left outside of the edge: it was clipped and masked, so it is at least the ground's 1
         masked = 1.0
         band = gather_band(values, shape, settings, reach, masked)
-        low, high = first_levels(band.pixels, band.starts)
-    belief = first_belief(band, low, high)
-    if math.isnan(low):
-        return nothing, report, no_turn(), band, belief
-    moved, factor, sums, verdict = solve_band(band, belief, free, 0)
+        belief = first_belief(band, ln_blur, masked)
+    lost = Refined(report, nothing, no_turn(), band, belief, nothing)
+    if math.isnan(belief.nuisance[LEVEL_IN]) or (math.isnan(belief.nuisance[LEVEL_OUT]) and not scanned):
+        return lost
+    moved, factor, verdict = solve_band(band, belief, free, 0)
     for _ in range(COLLECTIONS):
-        report[ARC], report[GATED] = arc_shares(band.rows, sums, verdict)
+        report[ARC], report[GATED] = arc_shares(band.rows, verdict)
         if factor.size == 0:
             report[STATUS] = SINGULAR
-            return nothing, report, no_turn(), band, belief
+            return lost
         far = farthest(band.rows, moved)
+        if not scanned and (far > RECOLLECT_PX or report[GATED] > MOST_UNSCANNED):
+            return lost
         shape[:5] += moved
         if far > 4.0 or not (0.3 < shape[3] < 4.0 and shape[2] > 2.0):
-            return nothing, report, no_turn(), band, belief
+            return lost
         wanted = reach_of(belief.nuisance[LN_S])
         if far < RECOLLECT_PX and wanted < WIDER * reach:
             break
         reach = wanted
         band = gather_band(values, shape, settings, reach, masked)
-        moved, factor, sums, verdict = solve_band(band, belief, free, 0)
+        moved, factor, verdict = solve_band(band, belief, free, 0)
     report[PLAIN] = 1.0 if math.isnan(masked) else 0.0
     if report[GATED] > HIDDEN_SHARE and math.isnan(masked) and settings[4] == 0.0:
         other, step, better, judged = regain(values, shape, reach, band, moved, belief, free)
         if better.size > 0:
             band, moved, factor, verdict = other, step, better, judged
             report[PLAIN] = 0.0
-    report[RESIDUAL], chi2 = residual_statistics(verdict, free.size)
-    if math.isnan(chi2):
-        return nothing, report, no_turn(), band, belief
+    covariance, report[RESIDUAL] = concluded(verdict, factor, band.rows, free, band.scene)
+    if math.isnan(report[RESIDUAL]):
+        return lost
     report[STATUS], report[BLUR] = 0.0, math.exp(belief.nuisance[LN_S])
-    covariance = invert_block(factor, free.size, max(1.0, chi2))
-    excess = excess_variance(verdict, free.size)
-    if excess > 0.0:
-        pull = pull_of_sectors(verdict, band.rows, free, band.scene, factor.shape[0])
-        weight = verdict[:, WEIGHT].copy()
-        add_discrepancy(covariance, factor, pull, band.rows, weight, free, excess)
-    turn = no_turn()
-    if wants_tilt(free):
-        turn = pixel_turn(verdict, band.rows, band.scene, free, moved, belief)
-    return covariance, report, turn, band, belief
+    turn = pixel_turn(verdict, band.rows, band.scene, free, moved, belief) if wants_tilt(free) else no_turn()
+    return Refined(report, covariance, turn, band, belief, verdict)

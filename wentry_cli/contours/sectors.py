@@ -1,4 +1,4 @@
-"""What each sector says by itself, how far it is believed, and the global normal equations of all of them."""
+"""What each sector says by itself, and how far it is believed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.contours.arc import DEPARTURE, KAPPA, NX, NY, J, X, Y, displacement_of
+from wentry_cli.contours.arc import DEPARTURE, KAPPA, NX, NY, X, Y, displacement_of
 from wentry_cli.contours.likelihood import (
     CHI2,
     COUNT,
@@ -35,11 +35,11 @@ from wentry_cli.contours.likelihood import (
 from wentry_cli.imaging.order_statistics import median_of, quantile_of
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 # Columns of the verdict on a sector: its own displacement of the edge and variance (px, px^2), its reduced chi
-# square, its weight, and from LOCAL on its normal equations without its own levels (see `marginalise`).
-MOVED, VARIANCE, QUALITY, WEIGHT, LOCAL, VERDICT = 0, 1, 2, 3, 4, 18
+# square, its weight, its number of pixels (0 where they are too few), and from LOCAL on its normal equations without
+# its own levels (see `marginalise`).
+MOVED, VARIANCE, QUALITY, WEIGHT, NUMBER, LOCAL, VERDICT = 0, 1, 2, 3, 4, 5, 19
 # Order of the nuisance parameters behind the free ones: levels, slope of the ground over a radius, ln s.
 LEVEL_IN, LEVEL_OUT, SLOPE_X, SLOPE_Y, LN_S, NUISANCES = 0, 1, 2, 3, 4, 5
 
@@ -160,20 +160,15 @@ def shun_neighbours(verdict: Floats) -> None:
 
 
 @compiled
-def judge(sums: Floats, spread: Floats, radius: float, one_sided: bool, patient: bool, verdict: Floats) -> float:
-    """Fill ``verdict`` and return the robust scale of the sectors' displacements over their own uncertainties.
-
-    A sector is left out where z^2 = d^2 / (variance + tolerance^2) exceeds the gate, and loses weight where its own
-    pixels do not look like an edge or, unless ``patient``, where it stands out from those that do.
-    """
-    number = 0
-    ratios, qualities = np.empty(sums.shape[0]), np.empty(sums.shape[0])
+def hear_sectors(sums: Floats, spread: Floats, verdict: Floats) -> None:
+    """Fill ``verdict`` with what each sector says by itself, its weight 0; NaN is its displacement where nothing."""
     for k in range(sums.shape[0]):
         verdict[k] = 0.0
         verdict[k, MOVED] = math.nan
         local = verdict[k, LOCAL:]
         if sums[k, COUNT] < LEAST_PIXELS:
             continue
+        verdict[k, NUMBER] = sums[k, COUNT]
         gain = marginalise(sums[k], spread, local)
         if local[DD] <= 1.0:
             continue
@@ -181,9 +176,23 @@ def judge(sums: Floats, spread: Floats, radius: float, one_sided: bool, patient:
         verdict[k, VARIANCE] = 1.0 / local[DD]
         chi2 = sums[k, CHI2] - gain - local[GD] ** 2 / local[DD]
         verdict[k, QUALITY] = chi2 / (sums[k, COUNT] - 3.0)
-        ratios[number] = abs(verdict[k, MOVED]) * math.sqrt(local[DD])
-        qualities[number] = verdict[k, QUALITY]
-        number += 1
+
+
+@compiled
+def weigh_sectors(verdict: Floats, radius: float, one_sided: bool, patient: bool) -> float:
+    """Fill in the weights and return the robust scale of the sectors' displacements over their own uncertainties.
+
+    A sector is left out where z^2 = d^2 / (variance + tolerance^2) exceeds the gate, and loses weight where its own
+    pixels do not look like an edge or, unless ``patient``, where it stands out from those that do.
+    """
+    number = 0
+    ratios, qualities = np.empty(verdict.shape[0]), np.empty(verdict.shape[0])
+    for k in range(verdict.shape[0]):
+        verdict[k, WEIGHT] = 0.0
+        if not math.isnan(verdict[k, MOVED]):
+            ratios[number] = abs(verdict[k, MOVED]) / math.sqrt(verdict[k, VARIANCE])
+            qualities[number] = verdict[k, QUALITY]
+            number += 1
     if number == 0:
         return math.nan
     usual = quantile_of(qualities, number, 0.25) / 0.85
@@ -195,7 +204,7 @@ def judge(sums: Floats, spread: Floats, radius: float, one_sided: bool, patient:
     scale = max(1.0, 1.4826 * median_of(ratios, clean))
     tolerance = max(TOLERANCE_PX, TOLERANCE_OF_R * radius)
     doubt = DARKER_OUTSIDE if clean < (1.0 - HIDDEN) * number else 1.0
-    for k in range(sums.shape[0]):
+    for k in range(verdict.shape[0]):
         moved = verdict[k, MOVED]
         if math.isnan(moved):
             continue
@@ -204,7 +213,7 @@ def judge(sums: Floats, spread: Floats, radius: float, one_sided: bool, patient:
         stands_out = 0.0 if patient else abs(moved) / math.sqrt(verdict[k, VARIANCE]) / scale
         if moved > 0.0:
             stands_out *= doubt
-        excess = (verdict[k, QUALITY] / max(usual, 1e-12) - 1.0) * math.sqrt(0.5 * (sums[k, COUNT] - 3.0))
+        excess = (verdict[k, QUALITY] / max(usual, 1e-12) - 1.0) * math.sqrt(0.5 * (verdict[k, NUMBER] - 3.0))
         if z > gate or stands_out > SOFT_END or excess > QUALITY_END:
             continue
         weight = min(1.0, (SOFT_END - stands_out) / (SOFT_END - SOFT_START))
@@ -212,42 +221,3 @@ def judge(sums: Floats, spread: Floats, radius: float, one_sided: bool, patient:
         verdict[k, WEIGHT] = weight
     shun_neighbours(verdict)
     return scale
-
-
-@compiled
-def assemble(verdict: Floats, rows: Floats, free: Ints, scene: Floats) -> tuple[Floats, Floats]:
-    """Weighted normal matrix and right-hand side over the free parameters and the nuisances."""
-    size = free.size
-    total = size + NUISANCES
-    normal, right = np.zeros((total, total)), np.zeros(total)
-    matrix = np.empty((4, 4))
-    # each parameter moves one of what the sums are over (displacement, inside, outside, ln s), by so much
-    moves, slope = np.zeros(total, dtype=np.int64), np.ones(total)
-    moves[size + LEVEL_IN] = 1
-    moves[size + LEVEL_OUT] = moves[size + SLOPE_X] = moves[size + SLOPE_Y] = 2
-    moves[size + LN_S] = 3
-    for k in range(rows.shape[0]):
-        weight, local = verdict[k, WEIGHT], verdict[k, LOCAL:]
-        if weight <= 0.0:
-            continue
-        index = 0
-        for i in range(4):
-            for j in range(i + 1):
-                matrix[i, j] = matrix[j, i] = local[index]
-                index += 1
-        for j in range(size):
-            slope[j] = rows[k, J + free[j]]
-        slope[size + SLOPE_X] = (rows[k, X] - scene[0]) / scene[2]
-        slope[size + SLOPE_Y] = (rows[k, Y] - scene[1]) / scene[2]
-        for j in range(total):
-            scaled = weight * slope[j]
-            right[j] += scaled * local[GD + moves[j]]
-            by_displacement = scaled * matrix[moves[j], 0]
-            for i in range(min(j + 1, size)):
-                normal[j, i] += by_displacement * slope[i]
-            for i in range(size, j + 1):
-                normal[j, i] += scaled * matrix[moves[j], moves[i]] * slope[i]
-    for i in range(total):
-        for j in range(i):
-            normal[j, i] = normal[i, j]
-    return normal, right

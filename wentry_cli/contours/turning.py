@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.arc import J
-from wentry_cli.contours.discrepancy import add_discrepancy, excess_variance, pull_of_sectors, residual_statistics
-from wentry_cli.contours.normal_equations import factorise, invert_block, substitute
-from wentry_cli.contours.nuisances import Belief, add_priors
+from wentry_cli.contours.discrepancy import concluded
+from wentry_cli.contours.global_step import advance, step_from
+from wentry_cli.contours.normal_equations import factorise, substitute
+from wentry_cli.contours.nuisances import Belief
 from wentry_cli.contours.ray_scatter import TUKEY, scan_covariance
-from wentry_cli.contours.sectors import MOVED, WEIGHT, assemble
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -75,23 +75,12 @@ def turn_of(step: float, covariance: Floats, free: Ints) -> Floats:
 def pixel_turn(verdict: Floats, rows: Floats, scene: Floats, free: Ints, moved: Floats, belief: Belief) -> Floats:
     """The turn of a fit to pixels, from its verdict on the sectors."""
     longer = with_tilt(free)
-    size = longer.size
-    normal, right = assemble(verdict, rows, longer, scene)
-    add_priors(normal, right, longer, moved, belief)
-    if not factorise(normal):
+    step, factor = step_from(verdict, rows, longer, scene, moved, belief)
+    if factor.size == 0:
         return no_turn()
-    substitute(normal, right)
     after = verdict.copy()
-    for k in range(rows.shape[0]):
-        for i in range(size):
-            after[k, MOVED] -= rows[k, J + longer[i]] * right[i]
-    _, chi2 = residual_statistics(after, size)
-    covariance = invert_block(normal, size, max(1.0, chi2))
-    excess = excess_variance(after, size)
-    if excess > 0.0:
-        pull = pull_of_sectors(verdict, rows, longer, scene, normal.shape[0])
-        add_discrepancy(covariance, normal, pull, rows, verdict[:, WEIGHT].copy(), longer, excess)
-    return turn_of(right[size - 1], covariance, free)
+    advance(after, rows, longer, scene, step)
+    return turn_of(step[longer.size - 1], concluded(after, factor, rows, longer, scene)[0], free)
 
 
 @compiled

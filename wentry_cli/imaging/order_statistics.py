@@ -13,8 +13,9 @@ from wentry_cli.compiled import compiled
 Floats = NDArray[np.float64]
 Singles = NDArray[np.floating[Any]]
 
-# So few are put in order at once; of a sample; and how many places apart in it a rank may lie from where it should.
-VERY_FEW, FEW, AWAY = 24, 512, 40
+# So few are put in order at once; of so few each is counted how many are less; so many are put in order of a sample,
+# and so many places apart in it a rank may lie from where it should.
+VERY_FEW, COUNTED, FEW, AWAY = 10, 160, 512, 40
 
 
 @compiled
@@ -46,11 +47,30 @@ def select(values: Singles, count: int, rank: int) -> float:
 
 
 @compiled
+def counted(values: Floats, count: int, rank: int) -> tuple[float, float]:
+    """The values of ``rank`` and of the rank before it (NaN for the first), found without a branch for each pair."""
+    part, own, before = values[:count], math.nan, math.nan
+    for n in range(count):
+        value, less = part[n], 0
+        for m in range(part.size):
+            less += part[m] < value
+        if less == rank:
+            own = value
+        elif less == rank - 1:
+            before = value
+        if math.isfinite(own) and (rank == 0 or math.isfinite(before)):
+            return own, before
+    # some are alike
+    return select(values, count, rank), select(values, count, max(0, rank - 1))
+
+
+@compiled
 def quantile_of(values: Floats, count: int, share: float) -> float:
     """The value below which ``share`` of the first ``count`` entries lie (no interpolation); NaN where none."""
     if count == 0:
         return math.nan
-    return select(values, count, min(count - 1, int(share * count)))
+    rank = min(count - 1, int(share * count))
+    return counted(values, count, rank)[0] if count <= COUNTED else select(values, count, rank)
 
 
 @compiled
@@ -58,6 +78,9 @@ def median_of(values: Floats, count: int) -> float:
     """Median of the first ``count`` entries, which keep their order; NaN where there are none."""
     if count == 0:
         return math.nan
+    if VERY_FEW < count <= COUNTED:
+        upper, lower = counted(values, count, count // 2)
+        return upper if count % 2 else 0.5 * (upper + lower)
     if count > VERY_FEW:
         upper = select(values, count, count // 2)
         return upper if count % 2 else 0.5 * (upper + select(values, count, count // 2 - 1))

@@ -83,6 +83,7 @@ def both_ways(frames: Frames, ground: Background, path: Path, plan: Plan, last: 
         backward = Path(path.radius, stiff=path.stiff, level=path.level)
         for item in reversed(good):
             if item.fit is not None:
-                backward.add(item.frame, item.fit.shape)
+                backward.radius = item.fit.radius_px
+                backward.add(item.frame, item.fit.shape, item.fit.blur_px)
     before = follow(frames, ground, backward, range(start - 1, -1, -1), plan)
     return [*reversed(before), *seen], forward

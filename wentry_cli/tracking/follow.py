@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.contours.fitting import HALF_GATED
+from wentry_cli.contours.refine import MOST_UNSCANNED
 from wentry_cli.errors import FrameUnreadableError
 from wentry_cli.imaging.background import Background, cut_patch
 from wentry_cli.imaging.detection import find_bottom, find_lowest_cap
@@ -71,7 +72,7 @@ def follow(
                 found_again = _search(frames, ground, path, index, plan, watch.search_from_px)
                 sighting = found_again if found_again and watch.believes(found_again, path, expected) else sighting
         if sighting.traced:
-            path.add(index, _remembered(sighting, path.radius))
+            path.add(index, _remembered(sighting, path.radius), _blur_of(sighting))
             lost = 0
             if watch.learn is not None and sighting.ok:
                 watch.learn(sighting)
@@ -124,6 +125,12 @@ def _remembered(sighting: Sighting, radius: float) -> EllipseShape:
     return EllipseShape(shape.x, shape.y, radius, shape.radius / radius)
 
 
+def _blur_of(sighting: Sighting) -> float:
+    """The blur to look with in the next frame; NaN where too much was hidden to go on without a scan."""
+    assert sighting.fit is not None
+    return sighting.fit.blur_px if sighting.fit.gated_fraction <= MOST_UNSCANNED else math.nan
+
+
 def _step(
     frames: Frames,
     ground: Background,
@@ -138,6 +145,8 @@ def _step(
     if isinstance(look, str):
         return Sighting(index, look)
     guess = expected if look.tilt_deg is None else expected._replace(tilt_deg=look.tilt_deg)
+    if look.outline == "ellipse" and path.leads_to(index):
+        look = look._replace(blur_px=path.blur_px)
     first = sight(frames, index, ground, guess, look)
     if first.ok or first.status in UNREADABLE or look.outline == "circle":
         return first

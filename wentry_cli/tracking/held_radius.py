@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,45 +24,59 @@ def radius_slope(fit: SilhouetteFit) -> Floats:
 
 
 @compiled
-def _with_radius_held(covariance: Floats, slope: Floats, unc: float, shape: Floats) -> tuple[Floats, Floats]:
-    """Covariance without what came from a free radius, and with what one that is known to ``unc`` does by ``slope``.
+def _with_radius_held(
+    vectors: Floats, covariances: Floats, slopes: Floats, radius: float, unc: float
+) -> tuple[Floats, Floats]:
+    """Covariances without what came from a free radius, and with what one that is known to ``unc`` does by ``slopes``.
 
-    Behind it its ``spreads`` for ``shape``, a parameter vector.
+    Behind them their ``spreads``. ``vectors`` (n, 5) are moved to the ``radius`` in place.
     """
-    held = np.empty((5, 5))
-    variance = covariance[2, 2]
-    for i in range(5):
-        for j in range(5):
-            from_radius = covariance[i, 2] * covariance[2, j] / variance if variance > 0.0 else 0.0
-            held[i, j] = covariance[i, j] - from_radius + slope[i] * slope[j] * unc**2
-    held[2, :] = 0.0
-    held[:, 2] = 0.0
-    return held, spreads(shape[2], shape[3], shape[4], held)
+    held, spread = np.empty(covariances.shape), np.empty((vectors.shape[0], 6))
+    for n in range(vectors.shape[0]):
+        covariance, slope, change = covariances[n], slopes[n], radius - vectors[n, 2]
+        variance = covariance[2, 2]
+        for i in range(5):
+            vectors[n, i] = radius if i == 2 else vectors[n, i] + change * slope[i]
+            for j in range(5):
+                from_radius = covariance[i, 2] * covariance[2, j] / variance if variance > 0.0 else 0.0
+                held[n, i, j] = covariance[i, j] - from_radius + slope[i] * slope[j] * unc**2
+        held[n, 2, :] = 0.0
+        held[n, :, 2] = 0.0
+        spread[n] = spreads(radius, vectors[n, 3], vectors[n, 4], held[n])
+    return held, spread
 
 
-def with_radius(fit: SilhouetteFit, radius: float, slope: Floats, *, radius_unc: float = 0.0) -> SilhouetteFit:
-    """Constrain a fit to another radius: the conditional mean and covariance of the linearised problem.
+def with_radius(
+    fits: Sequence[SilhouetteFit], radius: float, slopes: Floats, *, radius_unc: float = 0.0
+) -> list[SilhouetteFit]:
+    """Constrain fits to another radius: the conditional mean and covariance of the linearised problem.
 
-    ``slope`` is that of ``radius_slope``, of this fit or of a like one nearby. For a fit with free radius the
-    covariance loses what came from the radius; for one with fixed radius only the values move. What ``radius_unc`` of
-    the pooled radius does to the others is then added.
+    ``slopes`` (fits, 5) are those of ``radius_slope``, of each fit or of a like one nearby. For a fit with free radius
+    the covariance loses what came from the radius; for one with fixed radius only the values move. What ``radius_unc``
+    of the pooled radius does to the others is then added.
     """
-    change = radius - fit.radius_px
-    x, y, _, stretch, tilt = (change * answer for answer in slope.tolist())
-    tilt_deg = math.degrees(math.radians(fit.tilt_deg) + tilt)
-    shape = EllipseShape(fit.center_x_px + x, fit.center_y_px + y, radius, fit.stretch + stretch, tilt_deg)
-    covariance, spread = _with_radius_held(fit.covariance, slope, radius_unc, shape.vector())
-    x_unc, y_unc, _, stretch_unc, _, bottom_unc = spread.tolist()
+    vectors = np.array([(fit.center_x_px, fit.center_y_px, fit.radius_px, fit.stretch, 0.0) for fit in fits])
+    vectors[:, 4] = np.radians([fit.tilt_deg for fit in fits])
+    covariances = np.array([fit.covariance for fit in fits])
+    held, spread = _with_radius_held(vectors, covariances, slopes, radius, radius_unc)
+    rows = zip(fits, vectors.tolist(), spread.tolist(), held, strict=True)
+    return [_replaced(fit, vector, uncs, covariance) for fit, vector, uncs, covariance in rows]
+
+
+def _replaced(fit: SilhouetteFit, vector: list[float], uncs: list[float], covariance: Floats) -> SilhouetteFit:
+    """The fit at another vector and with other uncertainties; its own tilt stays."""
+    x, y, radius, stretch, tilt = vector
+    x_unc, y_unc, _, stretch_unc, _, bottom_unc = uncs
     return fit._replace(
-        center_x_px=shape.x,
-        center_y_px=shape.y,
+        center_x_px=x,
+        center_y_px=y,
         radius_px=radius,
-        stretch=shape.stretch,
+        stretch=stretch,
         center_x_unc_px=x_unc,
         center_y_unc_px=y_unc,
         radius_unc_px=math.nan,
         stretch_unc=stretch_unc if fit.stretch_unc == fit.stretch_unc else math.nan,
-        bottom_y_px=shape.bottom_y,
+        bottom_y_px=EllipseShape(x, y, radius, stretch, math.degrees(tilt)).bottom_y,
         bottom_y_unc_px=bottom_unc,
         covariance=covariance,
     )

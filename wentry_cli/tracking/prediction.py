@@ -27,7 +27,8 @@ def plausible(stretch: NDArray[np.float64]) -> NDArray[np.float64]:
 class Path:
     """The last measured shapes and the radius to predict with; frames may run forwards or backwards in time.
 
-    A ``stiff`` sphere is predicted with a stretch of 1. What is darker than ``level`` may be the sphere.
+    A ``stiff`` sphere is predicted with a stretch of 1. What is darker than ``level`` may be the sphere. ``blur_px`` is
+    the blur of the last one, NaN where its outline was hidden in part.
     """
 
     radius: float
@@ -35,9 +36,11 @@ class Path:
     shapes: list[EllipseShape] = field(default_factory=list)
     stiff: bool = False
     level: float = HALF_LEVEL
+    blur_px: float = math.nan
 
-    def add(self, frame: int, shape: EllipseShape) -> None:
-        """Remember the shape of one frame, the newest three are kept."""
+    def add(self, frame: int, shape: EllipseShape, blur_px: float = math.nan) -> None:
+        """Remember the shape of one frame, and its blur; the newest three are kept."""
+        self.blur_px = blur_px
         frames, shapes = self.frames, self.shapes
         if frame in frames:
             again = frames.index(frame)
@@ -47,6 +50,10 @@ class Path:
     def turned(self) -> Path:
         """The same path, to be followed in the other direction."""
         return Path(self.radius, self.frames[::-1], self.shapes[::-1], self.stiff, self.level)
+
+    def leads_to(self, frame: int) -> bool:
+        """Whether the sphere was measured in each of the three frames just before ``frame``."""
+        return len(self.frames) == 3 and [abs(frame - other) for other in self.frames] == [3, 2, 1]
 
     def velocity(self) -> tuple[float, float]:
         """Velocity of the centre in px per frame, from the last two shapes; zero where there are fewer."""

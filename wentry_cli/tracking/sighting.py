@@ -44,7 +44,8 @@ class Look(NamedTuple):
     ``also_free`` that a second fit leaves radius and tilt free. ``tilt_deg`` is the tilt to start from or to hold,
     None keeps that of the prediction, and ``tilt_unc_deg`` how well it is known. ``departure`` is how the outline of
     this sphere is known to differ from an ellipse. ``beside_band``: the outline is looked at right up to the surface
-    band, whose blur may bend its end.
+    band, whose blur may bend its end. ``blur_px`` is the blur of the frames just before, NaN where they do not lead to
+    this one.
     """
 
     box: Box
@@ -61,6 +62,7 @@ class Look(NamedTuple):
     tilt_unc_deg: float = 0.0
     departure: Departure = NONE
     beside_band: bool = False
+    blur_px: float = math.nan
 
 
 class Sighting(NamedTuple):
@@ -132,7 +134,8 @@ def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighti
     """Fit the shape in a patch and, where that went well, its bottom and separation line."""
     if look.outline == "circle":
         return _examine_circle(patch, index, Circle(guess.x, guess.y, guess.radius * guess.stretch), look)
-    fit, bottom = _fit_ellipse(patch, guess, look, bottom=look.bottom)
+    also = _with_size(look.free, guess.stretch) if look.also_free and " R" not in look.free else ""
+    fit, bottom, free = fit_with_bottom(patch, guess, _request(look, also), bottom=look.bottom)
     if not usable(fit):
         return Sighting(index, fit.status if fit.status != "ok" else "poor_fit", fit)
     if look.beside_band:
@@ -142,17 +145,15 @@ def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighti
     if bottom is not None and not abs(bottom.y_px - lowest) < LARGEST_OFFSET_PX + LARGEST_MISFIT * fit.radius_px:
         bottom = dataclasses.replace(bottom, status="poor_fit")
     separation = find_separation(patch, fit, departure=look.departure) if look.separation else None
-    free = fit if " R" in look.free else None
-    if look.also_free and free is None:
-        free, _ = _fit_ellipse(patch, shape, look._replace(free=_with_size(look.free, fit.stretch)))
-        free = free if usable(free) else None
+    if " R" in look.free:
+        free = fit
     return Sighting(
         index,
         "ok",
         fit,
         bottom,
         separation,
-        free_fit=free,
+        free_fit=free if free is not None and usable(free) else None,
         line=(look.top_y_px - shape.y) * shape.stretch**2 / shape.radius,
         departure=look.departure,
         inside=_inside(patch, shape, look.top_y_px),
@@ -187,10 +188,8 @@ def _with_size(free: str, stretch: float) -> str:
     return free.replace("x y", "x y R") + (" tilt" if leans else "")
 
 
-def _fit_ellipse(
-    patch: Patch, guess: EllipseShape, look: Look, *, bottom: bool = False
-) -> tuple[SilhouetteFit, BottomFit | None]:
-    request = FitRequest(
+def _request(look: Look, also: str = "") -> FitRequest:
+    return FitRequest(
         parse_free(look.free),
         look.top_y_px,
         look.motion_px,
@@ -199,13 +198,16 @@ def _fit_ellipse(
         look.departure,
         look.tilt_unc_deg,
         followed=True,
+        blur_px=look.blur_px,
+        also=parse_free(also) if also else (),
     )
-    return fit_with_bottom(patch, guess, request) if bottom else (fit_shape(patch, guess, request), None)
 
 
 def _doubted_beside_band(patch: Patch, fit: SilhouetteFit, look: Look) -> SilhouetteFit:
     """The fit, doubted by what it changes by when the outline is left out a little further from the surface band."""
-    further = (_fit_ellipse(patch, fit.shape, look._replace(top_y_px=look.top_y_px + away))[0] for away in FURTHER_PX)
+    further = (
+        fit_shape(patch, fit.shape, _request(look._replace(top_y_px=look.top_y_px + away))) for away in FURTHER_PX
+    )
     change = next((other.shape.vector() - fit.shape.vector() for other in further if usable(other)), None)
     if change is None:
         return fit

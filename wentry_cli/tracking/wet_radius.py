@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wentry_cli.contours.ellipse import SilhouetteFit
 from wentry_cli.tracking.held_radius import radius_slope, with_radius
@@ -67,28 +65,23 @@ def constrain(sightings: Sequence[Sighting], radius: PooledRadius, *, wet: bool)
     """
     if not radius.known:
         return list(sightings)
-    known = [
-        (item.frame, radius_slope(item.free_fit))
-        for item in sightings
-        if item.ok and item.wet == wet and item.free_fit is not None
+    held = [
+        (n, item.frame, item.fit)
+        for n, item in enumerate(sightings)
+        if item.wet == wet and item.ok and item.fit is not None
     ]
-    nearby: list[NDArray[np.float64] | None] = [None] * len(sightings)
+    if not held:
+        return list(sightings)
+    places, frames, fits = zip(*held, strict=True)
+    known = [(sightings[n].frame, free) for n in places if (free := sightings[n].free_fit) is not None]
     if known:
-        at, slopes = [frame for frame, _ in known], np.array([slope for _, slope in known])
-        frames = [item.frame for item in sightings]
-        nearby = list(np.column_stack([np.interp(frames, at, column) for column in slopes.T]))
-    pairs = zip(sightings, nearby, strict=True)
-    return [_constrained(item, radius, answer) if item.wet == wet else item for item, answer in pairs]
-
-
-def _constrained(item: Sighting, radius: PooledRadius, nearby: NDArray[np.float64] | None) -> Sighting:
-    """The sighting with the radius put in; ``nearby`` is the answer of its neighbours, if one of them has any."""
-    if not item.ok or item.fit is None or math.isnan(radius.value):
-        return item
-    if item.free_fit is not None:
-        slope = radius_slope(item.free_fit)
-    elif nearby is not None:
-        slope = nearby
+        at, slopes = [frame for frame, _ in known], np.array([radius_slope(free) for _, free in known])
+        answers = np.column_stack([np.interp(frames, at, column) for column in slopes.T])
     else:
-        slope = np.array([0.0, 0.0, 1.0, STRETCH_PER_RADIUS * item.fit.stretch / item.fit.radius_px, 0.0])
-    return item._replace(fit=with_radius(item.fit, radius.value, slope, radius_unc=radius.unc))
+        answers = np.zeros((len(fits), 5))
+        answers[:, 2] = 1.0
+        answers[:, 3] = [STRETCH_PER_RADIUS * fit.stretch / fit.radius_px for fit in fits]
+    found = list(sightings)
+    for n, fit in zip(places, with_radius(fits, radius.value, answers, radius_unc=radius.unc), strict=True):
+        found[n] = found[n]._replace(fit=fit)
+    return found

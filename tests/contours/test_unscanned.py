@@ -1,0 +1,89 @@
+"""An outline that leads on from the frames before is fitted without a scan, and what it says serves other questions."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.special import ndtr
+
+from tests.contours.scenes import Scene, draw, nudged
+from wentry_cli.contours.ellipse import SilhouetteFit
+from wentry_cli.contours.fitting import FitRequest, fit_shape, fit_with_bottom
+from wentry_cli.contours.global_step import remains
+
+FREE, WITH_RADIUS = ("x", "y", "stretch"), ("x", "y", "R", "stretch", "tilt")
+JUDGED = [0, 1, 3]
+
+
+def fit(s: Scene, off_px: float, blur_px: float, seed: int = 0) -> SilhouetteFit:
+    """The fit from a guess that is so far off, with the blur of the frames before."""
+    return fit_shape(s.patch, nudged(s.shape, off_px, seed), FitRequest(FREE, s.top_y, blur_px=blur_px))
+
+
+def apart(one: SilhouetteFit, other: SilhouetteFit, free: list[int]) -> np.ndarray:
+    """How far two fits lie from each other, in uncertainties."""
+    step = one.shape.vector() - other.shape.vector()
+    return step[free] / np.sqrt(np.diag(other.covariance)[free])
+
+
+@pytest.mark.parametrize("scene", [{}, {"noise": 0.05}, {"visible": 0.3}, {"light": {"gradient": (0.05, 0.05)}}])
+def test_without_a_scan_the_outline_is_the_same(scene: dict) -> None:
+    found, ratio = [], []
+    for seed in range(12):
+        s = draw(seed, **scene)
+        near, scanned = fit(s, 0.05, 1.1, seed), fit(s, 0.05, math.nan, seed)
+        assert near.status == scanned.status == "ok"
+        assert near.center_x_px != scanned.center_x_px
+        ratio.append(near.stretch_unc / scanned.stretch_unc)
+        found.append(apart(near, scanned, JUDGED))
+    assert np.sqrt(np.mean(np.square(found))) < 0.25
+    # one of few outlines may by chance disagree by more than its noise, whose uncertainty is wider for that
+    assert np.median(ratio) == pytest.approx(1.0, abs=0.07)
+
+
+@pytest.mark.parametrize("off_px", [2.0, 6.0])
+def test_a_guess_that_leads_astray_is_scanned_for(off_px: float) -> None:
+    s = draw(1)
+    near, scanned = fit(s, off_px, 1.1), fit(s, off_px, math.nan)
+    assert near.status == "ok"
+    assert near.shape == scanned.shape
+
+
+def test_nothing_is_found_without_a_scan_where_nothing_is() -> None:
+    s = draw(2)
+    empty = s.patch.values.copy()
+    empty[:] = 1.0 + 0.01 * np.random.default_rng(3).normal(size=empty.shape)
+    request = FitRequest(FREE, s.top_y, blur_px=1.1)
+    assert fit_shape(s.patch.__class__(empty, s.patch.x0, s.patch.y0), s.shape, request).status != "ok"
+
+
+def test_a_second_fit_to_the_same_pixels_is_that_of_its_own() -> None:
+    found = []
+    for seed in range(12):
+        s = draw(seed, visible=0.6)
+        request = FitRequest(FREE, s.top_y, also=WITH_RADIUS)
+        other = fit_with_bottom(s.patch, nudged(s.shape, 0.5, seed), request, bottom=False).other
+        own = fit_shape(s.patch, s.shape, request._replace(free=WITH_RADIUS, also=()))
+        assert other is not None
+        assert other.status == own.status == "ok"
+        assert other.radius_px != own.radius_px
+        assert other.radius_unc_px == pytest.approx(own.radius_unc_px, rel=0.15)
+        found.append(apart(other, own, [0, 1, 2, 3, 4]))
+    assert np.sqrt(np.mean(np.square(found))) < 0.25
+
+
+@pytest.mark.parametrize("moved", [0.02, 0.1, 0.3])
+@pytest.mark.parametrize("blur", [-0.1, 0.03])
+def test_what_a_step_leaves_is_told(moved: float, blur: float) -> None:
+    """One linear step in displacement and ln s of a straight edge, whose true answer is known."""
+    at = np.linspace(-6.0, 6.0, 4001)
+
+    def edge(shift: float, ln_s: float) -> np.ndarray:
+        return ndtr((at - shift) / np.exp(ln_s))
+
+    tiny = 1e-5
+    slopes = np.column_stack([(edge(tiny, 0.0) - edge(0.0, 0.0)) / tiny, (edge(0.0, tiny) - edge(0.0, 0.0)) / tiny])
+    step = np.linalg.lstsq(slopes, edge(moved, blur) - edge(0.0, 0.0), rcond=None)[0]
+    assert abs(step[0] - moved) < 1.5 * remains(step[0], step[1]) + 1e-6
