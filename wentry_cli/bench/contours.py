@@ -116,6 +116,7 @@ def _local_bottom(frame: Frame, level: str, case: Case) -> tuple[float, float]:
         return math.nan, math.nan
     patch = Patch(frame.region, ceiling=frame.ceiling)
     bottom = fit_with_bottom(patch, frame.guess, _request(frame, level, case)).bottom
+    assert bottom is not None
     return bottom.y_px, bottom.y_unc_px
 
 
