@@ -31,7 +31,7 @@ def test_a_free_radius_that_is_then_held_gives_what_a_held_radius_gives(patch: P
     held = examine(patch, 0, guess, look("x y stretch"))
     assert free.fit is not None
     assert held.fit is not None
-    moved = with_radius(free.fit, 40.0, radius_slope(free.fit))
+    (moved,) = with_radius([free.fit], 40.0, radius_slope(free.fit)[None])
     assert moved.stretch == pytest.approx(held.fit.stretch, abs=0.35 * held.fit.stretch_unc)
     assert moved.bottom_y_px == pytest.approx(held.fit.bottom_y_px, abs=0.35 * held.fit.bottom_y_unc_px)
     assert moved.stretch_unc == pytest.approx(held.fit.stretch_unc, rel=0.2)
@@ -41,7 +41,7 @@ def test_the_uncertainty_of_the_pooled_radius_is_carried_on(patch: Patch) -> Non
     free = examine(patch, 0, EllipseShape(80.0, 91.0, 40.0, 1.14), look("x y R stretch"))
     assert free.fit is not None
     slope = radius_slope(free.fit)
-    moved = with_radius(free.fit, 40.0, slope, radius_unc=0.5)
+    (moved,) = with_radius([free.fit], 40.0, slope[None], radius_unc=0.5)
     assert moved.stretch_unc == pytest.approx(abs(slope[3]) * 0.5, rel=0.1)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,23 +40,43 @@ def _with_radius_held(covariance: Floats, slope: Floats, unc: float, shape: Floa
     return held, spreads(shape[2], shape[3], shape[4], held)
 
 
-def with_radius(fit: SilhouetteFit, radius: float, slope: Floats, *, radius_unc: float = 0.0) -> SilhouetteFit:
-    """Constrain a fit to another radius: the conditional mean and covariance of the linearised problem.
+@compiled
+def _all_held(covariances: Floats, slopes: Floats, unc: float, shapes: Floats) -> tuple[Floats, Floats]:
+    """``_with_radius_held`` of many fits: covariances (n, 5, 5) and spreads (n, 6)."""
+    held, spread = np.empty_like(covariances), np.empty((len(slopes), 6))
+    for n in range(len(slopes)):
+        held[n], spread[n] = _with_radius_held(covariances[n], slopes[n], unc, shapes[n])
+    return held, spread
 
-    ``slope`` is that of ``radius_slope``, of this fit or of a like one nearby. For a fit with free radius the
+
+def with_radius(
+    fits: Sequence[SilhouetteFit], radius: float, slopes: Floats, *, radius_unc: float = 0.0
+) -> list[SilhouetteFit]:
+    """Constrain fits to another radius: the conditional mean and covariance of the linearised problem.
+
+    ``slopes`` (n, 5) are those of ``radius_slope``, of each fit or of a like one nearby. For a fit with free radius the
     covariance loses what came from the radius; for one with fixed radius only the values move. What ``radius_unc`` of
     the pooled radius does to the others is then added.
     """
-    change = radius - fit.radius_px
-    x, y, _, stretch, tilt = (change * answer for answer in slope.tolist())
-    tilt_deg = math.degrees(math.radians(fit.tilt_deg) + tilt)
-    shape = EllipseShape(fit.center_x_px + x, fit.center_y_px + y, radius, fit.stretch + stretch, tilt_deg)
-    covariance, spread = _with_radius_held(fit.covariance, slope, radius_unc, shape.vector())
-    x_unc, y_unc, _, stretch_unc, _, bottom_unc = spread.tolist()
+    if not fits:
+        return []
+    shapes = np.array([fit.shape for fit in fits])
+    shapes[:, 4] = np.radians(shapes[:, 4])
+    shapes += (radius - shapes[:, 2])[:, None] * slopes
+    shapes[:, 2] = radius
+    held, spread = _all_held(np.array([fit.covariance for fit in fits]), slopes, radius_unc, shapes)
+    shapes[:, 4] = np.degrees(shapes[:, 4])
+    rows = zip(fits, shapes.tolist(), held, spread.tolist(), strict=True)
+    return [_moved(fit, EllipseShape(*shape), covariance, uncs) for fit, shape, covariance, uncs in rows]
+
+
+def _moved(fit: SilhouetteFit, shape: EllipseShape, covariance: Floats, spread: list[float]) -> SilhouetteFit:
+    """The fit with another shape, its covariance and its ``spreads``."""
+    x_unc, y_unc, _, stretch_unc, _, bottom_unc = spread
     return fit._replace(
         center_x_px=shape.x,
         center_y_px=shape.y,
-        radius_px=radius,
+        radius_px=shape.radius,
         stretch=shape.stretch,
         center_x_unc_px=x_unc,
         center_y_unc_px=y_unc,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -65,30 +64,28 @@ def constrain(sightings: Sequence[Sighting], radius: PooledRadius, *, wet: bool)
     first order, and the radius moves by parts in a thousand at most. Fits with fixed radius borrow the answer of
     their neighbours in time. Sightings of the other medium, and failed ones, are returned as they are.
     """
+    result = list(sightings)
     if not radius.known:
-        return list(sightings)
-    known = [
-        (item.frame, radius_slope(item.free_fit))
-        for item in sightings
-        if item.ok and item.wet == wet and item.free_fit is not None
-    ]
-    nearby: list[NDArray[np.float64] | None] = [None] * len(sightings)
-    if known:
-        at, slopes = [frame for frame, _ in known], np.array([slope for _, slope in known])
-        frames = [item.frame for item in sightings]
-        nearby = list(np.column_stack([np.interp(frames, at, column) for column in slopes.T]))
-    pairs = zip(sightings, nearby, strict=True)
-    return [_constrained(item, radius, answer) if item.wet == wet else item for item, answer in pairs]
+        return result
+    places = [n for n, item in enumerate(result) if item.ok and item.wet == wet and item.fit is not None]
+    slopes = _slopes([result[n] for n in places])
+    fits = with_radius([fit for n in places if (fit := result[n].fit)], radius.value, slopes, radius_unc=radius.unc)
+    for n, fit in zip(places, fits, strict=True):
+        result[n] = result[n]._replace(fit=fit)
+    return result
 
 
-def _constrained(item: Sighting, radius: PooledRadius, nearby: NDArray[np.float64] | None) -> Sighting:
-    """The sighting with the radius put in; ``nearby`` is the answer of its neighbours, if one of them has any."""
-    if not item.ok or item.fit is None or math.isnan(radius.value):
-        return item
-    if item.free_fit is not None:
-        slope = radius_slope(item.free_fit)
-    elif nearby is not None:
-        slope = nearby
-    else:
-        slope = np.array([0.0, 0.0, 1.0, STRETCH_PER_RADIUS * item.fit.stretch / item.fit.radius_px, 0.0])
-    return item._replace(fit=with_radius(item.fit, radius.value, slope, radius_unc=radius.unc))
+def _slopes(sightings: Sequence[Sighting]) -> NDArray[np.float64]:
+    """How each of the fits answers to the radius (n, 5): its own answer, that of its neighbours, or the usual one."""
+    own = np.array([item.free_fit is not None for item in sightings], bool)
+    known = np.array([radius_slope(item.free_fit) for item in sightings if item.free_fit is not None]).reshape(-1, 5)
+    slopes = np.zeros((len(sightings), 5))
+    if len(known):
+        frames = np.array([item.frame for item in sightings])
+        slopes[:] = np.column_stack([np.interp(frames, frames[own], answer) for answer in known.T])
+        slopes[own] = known
+        return slopes
+    fits = [item.fit for item in sightings if item.fit is not None]
+    slopes[:, 2] = 1.0
+    slopes[:, 3] = [STRETCH_PER_RADIUS * fit.stretch / fit.radius_px for fit in fits]
+    return slopes
