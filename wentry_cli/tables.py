@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import re
 import tempfile
@@ -22,6 +23,9 @@ QUOTED = re.compile(r'[,"\r\n]')  # a cell with one of these goes between quotes
 GREATEST_INT = 10**9
 MANY_CELLS = 2000  # of so many the text is written by compiled code
 _KINDS = {"float": "float64", "int": "Int64", "text": "string"}
+KEPT = 6
+_READ: dict[Path, tuple[bytes, pd.DataFrame]] = {}
+"""The tables that were read last, which several stages ask for: their bytes and what these say."""
 
 
 @cache
@@ -131,6 +135,7 @@ def write_table(folder: Path, name: str, frame: pd.DataFrame) -> Path:
     if missing or unknown:
         raise KeyError(f"{name}.csv: missing columns {missing}, unknown columns {unknown}")
     path = table_path(folder, name)
+    _READ.pop(path, None)
     ordered = _typed(_ordered(frame, table), table)
     infinite = _infinite(ordered, table)
     if infinite:
@@ -210,15 +215,28 @@ def read_table(folder: Path, name: str) -> pd.DataFrame:
     Columns that somebody added are dropped. Raises ``InputError`` where the file is missing, is not a table, lacks a
     column or holds an infinite number.
     """
+    path = table_path(folder, name)
+    try:
+        content = path.read_bytes()
+    except FileNotFoundError:
+        raise InputError(f"{path}: missing; run `wentry process` (stage {TABLES[name].stage}) first") from None
+    before, frame = _READ.pop(path, (b"", None))
+    if frame is None or before != content:
+        frame = _parsed(path, name, content)
+    _READ[path] = content, frame
+    if len(_READ) > KEPT:
+        del _READ[next(iter(_READ))]
+    return frame.copy()
+
+
+def _parsed(path: Path, name: str, content: bytes) -> pd.DataFrame:
+    """The table ``name`` in what was read from ``path``."""
     import pandas as pd
 
     table = TABLES[name]
-    path = table_path(folder, name)
     types = {column.name: _dtypes()[column.kind] for column in table.columns}
     try:
-        frame = pd.read_csv(path, dtype=types, encoding="utf-8")
-    except FileNotFoundError:
-        raise InputError(f"{path}: missing; run `wentry process` (stage {table.stage}) first") from None
+        frame = pd.read_csv(io.BytesIO(content), dtype=types, encoding="utf-8")
     except (ValueError, UnicodeDecodeError) as error:
         raise InputError(
             f"{path}: not the table {name} ({on_one_line(error)}); run the stage {table.stage} again"
