@@ -62,6 +62,7 @@ def _write_cells(
     ``words`` are the first word of each column, -1 where it has numbers, where each word begins, and their letters.
     """
     first, begins, letters = words
+    bits = cells.view(np.int64)
     column = cell % first.size
     while cell < cells.size:
         value = cells[cell]
@@ -72,7 +73,7 @@ def _write_cells(
                     out[end] = letters[place]
                     end += 1
             else:
-                written = _write_number(value, end, out)
+                written = _write_number(value, bits[cell], end, out)
                 if written < 0:
                     break
                 end = written
@@ -85,8 +86,8 @@ def _write_cells(
 
 
 @compiled
-def _write_number(value: float, end: int, out: Bytes) -> int:
-    """Write one number to ``out`` from ``end`` on; where it ends, or -1 where its last digit is unsure."""
+def _write_number(value: float, bits: int, end: int, out: Bytes) -> int:
+    """Write one number, stored as ``bits``, to ``out`` from ``end`` on; where it ends, or -1 where it is unsure."""
     if math.copysign(1.0, value) < 0.0:
         out[end] = MINUS
         end += 1
@@ -96,7 +97,7 @@ def _write_number(value: float, end: int, out: Bytes) -> int:
         return end + 1
     if not LEAST <= size < GREATEST:
         return -1
-    exponent = math.floor(math.log10(size))
+    exponent = (((bits >> 52) & 2047) - 1023) * 1233 >> 12  # of ten by that of two: the right one, or one too small
     scaled = _scaled(size, exponent)
     if scaled < FIRST or scaled >= BEHIND:
         exponent += 1 if scaled >= BEHIND else -1

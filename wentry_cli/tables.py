@@ -16,7 +16,9 @@ from wentry_cli.errors import InputError, on_one_line
 from wentry_cli.schemas import TABLES, Table
 
 if TYPE_CHECKING:
+    import numpy as np
     import pandas as pd
+    from numpy.typing import NDArray
 
 FLOAT_FORMAT = "%.9g"
 QUOTED = re.compile(r'[,"\r\n]')  # a cell with one of these goes between quotes
@@ -108,11 +110,22 @@ def vouched(name: str, columns: dict[str, Any]) -> list[str]:
 
     Other rows that were said to be ``ok`` are ``not_identified``. ``KeyError`` where a promised column is missing.
     """
-    import pandas as pd
+    import numpy as np
 
-    full = ~pd.DataFrame({key: columns[key] for key in TABLES[name].promised}).replace("", None).isna().any(axis=1)
+    full = np.all([_filled(columns[key]) for key in TABLES[name].promised], axis=0)
     pairs = zip(columns["status"], full, strict=True)
     return ["not_identified" if word == "ok" and not filled else str(word) for word, filled in pairs]
+
+
+def _filled(cells: Any) -> NDArray[np.bool_]:
+    """Which cells of a column hold a number or a word."""
+    import numpy as np
+    import pandas as pd
+
+    values = np.asarray(cells)
+    if values.dtype.kind == "f":
+        return np.asarray(~np.isnan(values))
+    return np.array([not pd.isna(cell) and cell != "" for cell in values.tolist()], bool)
 
 
 def _typed(frame: pd.DataFrame, table: Table) -> pd.DataFrame:
