@@ -219,7 +219,8 @@ def _end(
     if valley is None:
         return NO_TIME, NO_TIME, "clip_ended"
     last = following.time_s if following else float(track.frames.times_s[-1])
-    time = _crossing(track, valley.time_s, last, mean)
+    strides = (FINE, 1) if following else (1,)  # behind the last peak others may follow that are not told from noise
+    time = _crossing(track, np.linspace(valley.time_s, last, COARSE * FINE + 1), mean, strides)
     if time is not None:
         state = track.evaluate(time)
         # which mean is meant is uncertain itself: 1, the stretch of no force, is as good as the one used
@@ -232,10 +233,12 @@ def _end(
     return middle, (following.time_s - valley.time_s) / np.sqrt(12.0), "no_unit_crossing"
 
 
-def _crossing(track: SmoothTrack, first: float, last: float, mean: float) -> float | None:
-    """When between two times the stretch first rises through ``mean``; None where it does not."""
-    times = np.linspace(first, last, COARSE * FINE + 1)
-    for stride in (FINE, 1):  # roughly, then where that says
+def _crossing(track: SmoothTrack, times: Array, mean: float, strides: tuple[int, ...]) -> float | None:
+    """When the stretch first rises through ``mean`` at the ``times``, of which it is looked at every so many at first.
+
+    None where it does not.
+    """
+    for stride in strides:
         above = track.evaluate(times[::stride]).position - mean
         rising = np.flatnonzero((above[:-1] < 0.0) & (above[1:] >= 0.0))
         if not rising.size:
