@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from wentry_cli.number_text import text_of
-from wentry_cli.tables import MANY_ROWS, new_table, write_table
+from wentry_cli.tables import MANY_CELLS, new_table, write_table
 
 SPECIAL = [
     0.0,
@@ -51,9 +51,29 @@ def test_text_is_that_of_each_number(kind: str) -> None:
     assert text_of(values) == plain(values)
 
 
+def test_words_stand_between_numbers() -> None:
+    values = np.array([[1.5, 0.0, np.nan], [np.nan, 2.0, 1.0], [-2.0, np.nan, 0.0]])
+    words = {1: [b"ok", b"", b"poor_fit"], 2: [b'"a,b"', b"late"]}
+    assert text_of(values, words) == b'1.5,ok,\n,poor_fit,late\n-2,,"a,b"\n'
+
+
+def test_a_large_table_of_words_has_the_bytes_of_its_parts(tmp_path) -> None:
+    words = np.array(["ok", "", None, 'of "5" kinds, one', "ö"], dtype=object)
+    count = MANY_CELLS
+    columns = {"view": ["side"] * count, "frame": np.arange(count), "time_s": np.arange(count) / 3.0}
+    columns["status"] = np.resize(words, count)
+
+    def body(part: slice) -> bytes:
+        table = new_table("frames", {name: values[part] for name, values in columns.items()})
+        return write_table(tmp_path, "frames", table).read_bytes().split(b"\n", 1)[1]
+
+    step = MANY_CELLS // 10
+    assert body(slice(None)) == b"".join(body(slice(first, first + step)) for first in range(0, count, step))
+
+
 def test_a_large_table_has_the_bytes_of_its_parts(tmp_path) -> None:
     random = np.random.default_rng(8)
-    whole = np.arange(2 * MANY_ROWS)
+    whole = np.arange(2 * MANY_CELLS)
     columns = {"frame": whole, "t_s": random.normal(size=whole.size), "wall": whole % 3, "y_m": whole / 7.0}
     columns["left_m"] = np.where(whole % 5, -columns["y_m"], np.nan)
 
@@ -61,6 +81,6 @@ def test_a_large_table_has_the_bytes_of_its_parts(tmp_path) -> None:
         table = new_table("cavity", {name: values[part] for name, values in columns.items()})
         return write_table(tmp_path, "cavity", table).read_bytes().split(b"\n", 1)[1]
 
-    step = MANY_ROWS // 4
+    step = MANY_CELLS // 10
     parts = b"".join(body(slice(first, first + step)) for first in range(0, whole.size, step))
     assert body(slice(None)) == parts

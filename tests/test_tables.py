@@ -67,6 +67,19 @@ def test_missing_values_are_empty_cells(tmp_path: Path) -> None:
     assert read_table(tmp_path, "neck")["t_s"].isna().all()
 
 
+def test_a_table_that_was_read_before_is_read_as_it_is_now(tmp_path: Path) -> None:
+    write_table(tmp_path, "neck", new_table("neck", {"frame": [3], "y_m": [0.5]}))
+    mine = read_table(tmp_path, "neck")
+    mine.loc[0, "y_m"] = 7.0  # of one who was given it, and of nobody else
+    assert read_table(tmp_path, "neck")["y_m"].tolist() == [0.5]
+    path = tmp_path / "neck.csv"
+    path.write_text(path.read_text().replace("0.5", "0.6"))
+    assert read_table(tmp_path, "neck")["y_m"].tolist() == [0.6]
+    path.unlink()
+    with pytest.raises(InputError, match="missing"):
+        read_table(tmp_path, "neck")
+
+
 def test_unknown_column_is_a_programmers_mistake(tmp_path: Path) -> None:
     with pytest.raises(KeyError, match="no column colour"):
         new_table("neck", {"colour": [1]})

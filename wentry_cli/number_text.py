@@ -1,4 +1,4 @@
-"""The text of a large table of numbers: nine significant digits, as ``%.9g`` gives them, in compiled code.
+"""The text of a table: nine significant digits of a number, as ``%.9g`` gives them, and words, in compiled code.
 
 A double times a power of ten that is one itself errs by half of its last bit. Where that leaves open which way a number
 is rounded, and for very small and very large ones, the caller is asked.
@@ -7,6 +7,7 @@ is rounded, and for very small and very large ones, the caller is asked.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,13 +27,22 @@ ZERO, MINUS, POINT, COMMA, LINE_END = (ord(sign) for sign in "0-.,\n")
 Bytes = NDArray[np.uint8]
 
 
-def text_of(values: NDArray[np.float64]) -> bytes:
-    """The rows of ``values`` (rows, columns) as lines of cells with commas between them; NaN is an empty cell."""
+def text_of(values: NDArray[np.float64], words: Mapping[int, Sequence[bytes]] | None = None) -> bytes:
+    """The rows of ``values`` (rows, columns) as lines of cells with commas between them; NaN is an empty cell.
+
+    ``words`` holds the different words of columns of text, in whose cells stands which of them it is.
+    """
+    words = words or {}
     columns, cells = values.shape[1], np.ascontiguousarray(values).ravel()
-    out = np.empty(cells.size * CELL, np.uint8)
+    first, known = np.full(columns, -1, np.intp), [word for column in words.values() for word in column]
+    first[list(words)] = np.cumsum([0, *map(len, words.values())])[:-1]
+    ends = np.cumsum([0, *map(len, known)], dtype=np.intp)
+    longest = sum(max(map(len, column), default=0) for column in words.values())
+    out = np.empty(len(values) * (columns * CELL + longest), np.uint8)
+    told = (first, ends, np.frombuffer(b"".join(known) or b" ", np.uint8))
     cell, end = 0, 0
     while cell < cells.size:
-        cell, end = _write_cells(cells, columns, cell, end, out)
+        cell, end = _write_cells(cells, told, cell, end, out)
         if cell < cells.size:
             text = b"%.9g" % cells[cell] + (b"\n" if (cell + 1) % columns == 0 else b",")
             out[end : end + len(text)] = np.frombuffer(text, np.uint8)
@@ -41,27 +51,44 @@ def text_of(values: NDArray[np.float64]) -> bytes:
 
 
 @compiled
-def _write_cells(cells: NDArray[np.float64], columns: int, cell: int, end: int, out: Bytes) -> tuple[int, int]:
-    """Write cells from ``cell`` on to ``out`` (from ``end``) until one is unsure; that cell and the end of the text."""
-    behind = columns - cell % columns  # cells of this row that are not written yet
+def _write_cells(
+    cells: NDArray[np.float64],
+    words: tuple[NDArray[np.intp], NDArray[np.intp], Bytes],
+    cell: int,
+    end: int,
+    out: Bytes,
+) -> tuple[int, int]:
+    """Write cells from ``cell`` on to ``out`` (from ``end``) until one is unsure; that cell and the end of the text.
+
+    ``words`` are the first word of each column, -1 where it has numbers, where each word begins, and their letters.
+    """
+    first, begins, letters = words
+    bits = cells.view(np.int64)
+    column = cell % first.size
     while cell < cells.size:
         value = cells[cell]
         if not math.isnan(value):
-            written = _write_number(value, end, out)
-            if written < 0:
-                break
-            end = written
+            if first[column] >= 0:
+                word = first[column] + int(value)
+                for place in range(begins[word], begins[word + 1]):
+                    out[end] = letters[place]
+                    end += 1
+            else:
+                written = _write_number(value, bits[cell], end, out)
+                if written < 0:
+                    break
+                end = written
         cell += 1
-        behind -= 1
-        out[end] = COMMA if behind else LINE_END
-        behind = behind if behind else columns
+        column += 1
+        out[end] = COMMA if column < first.size else LINE_END
+        column = column if column < first.size else 0
         end += 1
     return cell, end
 
 
 @compiled
-def _write_number(value: float, end: int, out: Bytes) -> int:
-    """Write one number to ``out`` from ``end`` on; where it ends, or -1 where its last digit is unsure."""
+def _write_number(value: float, bits: int, end: int, out: Bytes) -> int:
+    """Write one number, stored as ``bits``, to ``out`` from ``end`` on; where it ends, or -1 where it is unsure."""
     if math.copysign(1.0, value) < 0.0:
         out[end] = MINUS
         end += 1
@@ -73,7 +100,7 @@ def _write_number(value: float, end: int, out: Bytes) -> int:
         return -1
     if size < BEHIND and size == math.floor(size):
         return _write_whole(np.uint32(size), end, out)
-    exponent = math.floor((math.frexp(size)[1] - 1) * LOG10_OF_2)  # or one more
+    exponent = (((bits >> 52) & 2047) - 1023) * 1233 >> 12  # of ten by that of two: the right one, or one too small
     scaled = _scaled(size, exponent)
     if scaled < FIRST or scaled >= BEHIND:
         exponent += 1 if scaled >= BEHIND else -1

@@ -5,6 +5,7 @@ import pytest
 
 from wentry_cli.imaging.background import build_background, cut_patch, steadied
 from wentry_cli.imaging.ground import clean_level, fill_holes, relative_noise, sample_indices
+from wentry_cli.imaging.samples import Samples
 
 SHAPE = (120, 160)
 
@@ -19,6 +20,10 @@ def frame(x: float, y: float, radius: float, rng: np.random.Generator, noise: fl
     cover = np.clip(radius - np.hypot(columns - x, rows - y) + 0.5, 0.0, 1.0)
     light = lamp() * (1.0 - 0.93 * cover)
     return np.clip(light + noise * lamp() * rng.normal(size=SHAPE), 0, 255).round().astype(np.uint8)
+
+
+def level_of(samples: np.ndarray, noise: float) -> np.ndarray:
+    return clean_level(samples, Samples.of(samples).blocks, noise)
 
 
 @pytest.mark.parametrize("count", [1, 5, 28, 29, 400, 2000])
@@ -49,14 +54,14 @@ def test_a_sphere_that_hardly_moves_leaves_no_ghost() -> None:
 def test_one_clean_sample_is_enough() -> None:
     samples = np.full((12, 4, 5), 40, np.uint8)
     samples[3] = 200
-    assert np.all(clean_level(samples, 0.01) == 200)
+    assert np.all(level_of(samples, 0.01) == 200)
 
 
 def test_a_faint_shade_in_most_samples_does_not_darken_the_ground() -> None:
     rng = np.random.default_rng(8)
     samples = np.stack([frame(80, 20 + 4 * k, 15, rng, noise=0.03) for k in range(20)]).astype(float)
     samples[6:, 30:60, 20:60] *= 0.97
-    level = clean_level(samples.astype(np.uint8), 0.03)
+    level = level_of(samples.astype(np.uint8), 0.03)
     assert np.median(level[32:58, 22:58] / lamp()[32:58, 22:58]) == pytest.approx(1.0, abs=0.006)
 
 
@@ -65,7 +70,7 @@ def test_flicker_leaves_no_trace_where_samples_are_missing(share: float) -> None
     rng = np.random.default_rng(9)
     light = 1.0 + share * np.cos(np.arange(20.0))
     samples = np.stack([frame(80, 20 + 4 * k, 15, rng) * light[k] for k in range(20)])
-    level = clean_level(samples.astype(np.uint8), 0.01) / lamp()
+    level = level_of(samples.astype(np.uint8), 0.01) / lamp()
     assert float(np.median(level[:, :30])) == pytest.approx(float(np.median(level[30:90, 70:90])), abs=0.002)
 
 

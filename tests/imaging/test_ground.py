@@ -6,7 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from wentry_cli.imaging.ground import BLOCK_PX, block_means
+from wentry_cli.imaging.clean_mean import BLOCK_PX
+from wentry_cli.imaging.ground import block_means
 
 
 @pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.float32])

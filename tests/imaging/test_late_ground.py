@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from wentry_cli.imaging.ground import block_means
 from wentry_cli.imaging.late_ground import false_ground
 
 
@@ -17,14 +18,14 @@ def scene(line: float, core: float) -> np.ndarray:
 
 
 def test_the_core_of_a_cavity_is_no_ground() -> None:
-    found = false_ground(scene(80.0, 160.0), scene(80.0, 20.0))
+    found = false_ground(scene(80.0, 160.0), block_means(scene(80.0, 20.0)))
     assert found[100, 100]
     assert not found[:60].any()
 
 
 def test_a_surface_before_a_camera_that_shakes_is_ground() -> None:
     """In the first frame the rows at its edge are darker than in the brightest of all frames."""
-    found = false_ground(scene(110.0, 160.0), scene(80.0, 20.0))
+    found = false_ground(scene(110.0, 160.0), block_means(scene(80.0, 20.0)))
     assert found[100, 100]
     assert not found[:60].any()
 

@@ -11,11 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.imaging.detection import Candidate, find_spheres, shrink
-from wentry_cli.imaging.ground import clean_level, fill_holes, relative_noise
+from wentry_cli.imaging.clean_mean import BLOCK_PX
+from wentry_cli.imaging.detection import HALF_LEVEL, Candidate, find_spheres, shrink
+from wentry_cli.imaging.ground import block_means, clean_level, fill_holes, relative_noise
 from wentry_cli.imaging.late_ground import false_ground
 from wentry_cli.imaging.order_statistics import linear_quantile
 from wentry_cli.imaging.patch import Patch
+from wentry_cli.imaging.samples import Samples
 
 DARKEST_GROUND = 0.12
 HOT_PIXEL = 0.25
@@ -55,7 +57,7 @@ class Background:
 
 
 def build_background(
-    samples: NDArray[Any], full_scale: float, *, polarity: str = "dark", empty: bool = False
+    samples: NDArray[Any] | Samples, full_scale: float, *, polarity: str = "dark", empty: bool = False
 ) -> Background:
     """Build the flat field from sampled frames (frames, rows, columns) of grey levels up to ``full_scale``.
 
@@ -63,71 +65,76 @@ def build_background(
     the samples are known to show no sphere and are averaged. For ``bright`` the darkest third counts. A grey level of
     0 in ``samples`` becomes 1: they are too large to be copied.
     """
-    turned: NDArray[Any] = samples if polarity == "dark" else samples.dtype.type(full_scale) - samples
+    raw = samples.frames if isinstance(samples, Samples) else samples
+    turned: NDArray[Any] = raw if polarity == "dark" else raw.dtype.type(full_scale) - raw
     noise = relative_noise(turned)
     if empty:
         level = np.asarray(np.mean(turned, axis=0, dtype=np.float64), np.float32)
     else:
-        for frame in turned:
-            if not frame.min():
-                np.maximum(frame, 1, out=frame)  # 0 stands for covered
-        level = _level_without_spheres(turned, noise)
+        kept = samples if isinstance(samples, Samples) and turned is raw else Samples.of(turned)
+        level = _level_without_spheres(kept, noise)
     if polarity == "bright":
-        return _bright_background(samples, np.asarray(full_scale - level, np.float32), full_scale)
+        return _bright_background(raw, np.asarray(full_scale - level, np.float32), full_scale)
     clipped = level >= 0.995 * full_scale
     ceiling = 0.995 if np.count_nonzero(clipped) > 0.01 * clipped.size else float("inf")
     return Background(level, _gain(level), noise, ceiling, full_scale, 0.0)
 
 
-def _level_without_spheres(samples: NDArray[Any], noise: float) -> NDArray[np.float32]:
+def _level_without_spheres(samples: Samples, noise: float) -> NDArray[np.float32]:
     """Level of the empty scene from samples whose spheres are covered for as long as it is computed."""
-    discs = np.zeros(samples.shape[1:], np.uint8)
+    if samples.any_black:
+        np.maximum(samples.frames, 1, out=samples.frames)  # 0 stands for covered
+    discs = np.zeros(samples.frames.shape[1:], np.uint8)
     covered: list[tuple[NDArray[Any], NDArray[Any]]] = []
-    for frame in samples:
-        for found in spheres_in_raw(frame):
+    for frame, coarse, blocks in zip(samples.frames, samples.coarse, samples.blocks, strict=True):
+        for found in spheres_in_raw(*coarse):
             reach = int(np.ceil(1.12 * found.radius + 3))
             x, y = round(found.x), round(found.y)
-            part = frame[max(y - reach, 0) : y + reach + 1, max(x - reach, 0) : x + reach + 1]
-            covered.append((part, part.copy()))
+            rows = slice(max(y - reach, 0) // BLOCK_PX, (y + reach) // BLOCK_PX + 1)
+            part = frame[BLOCK_PX * rows.start : BLOCK_PX * rows.stop]
+            covered += [(part, part.copy()), (blocks[rows], blocks[rows].copy())]
             cv2.circle(frame, (x, y), reach, 0.0, -1)
             cv2.circle(discs, (x, y), reach, 1.0, -1)
-    level = clean_level(samples, noise)
+            blocks[rows] = block_means(part)
+    level = clean_level(samples.frames, samples.blocks, noise)
     for part, before in reversed(covered):
         part[:] = before
-    level[_ghosts(level, discs > 0) | false_ground(level, samples[0])] = np.nan
+    unseen = _ghosts(level, discs > 0) | false_ground(level, samples.blocks[0])
+    if unseen.any():
+        level[unseen] = np.nan
     return fill_holes(level)
 
 
 def _ghosts(level: NDArray[np.float32], discs: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Where spheres have left a ghost in the level, with the blurred edge of the ghost."""
-    known = level[::4, ::4][np.isfinite(level[::4, ::4])]
-    dark = discs & ~(level > GHOST * (np.percentile(known, 80) if known.size else np.nan))
+    some = level[::4, ::4]
+    known = some[np.isfinite(some)]
+    dark = discs & ~(level > np.float32(GHOST * linear_quantile(known, known.size, 0.8)))
     if not dark.any():
         return dark
     wide = cv2.dilate(dark.astype(np.uint8), np.ones((2 * GHOST_EDGE_PX + 1,) * 2, np.uint8))
     return np.asarray((wide > 0) & discs)
 
 
-def spheres_in_raw(frame: NDArray[Any]) -> list[Candidate]:
-    """Spheres in a frame without flat field: dark against the level of its bright half."""
-    coarse, factor = shrink(frame)
-    light = coarse[::2, ::2].ravel()
+def spheres_in_raw(coarse: NDArray[np.float32], factor: float) -> list[Candidate]:
+    """Spheres in a frame without flat field, shrunk by ``factor``: dark against the level of its bright half."""
+    light = coarse[::4, ::4].ravel()
     ground = linear_quantile(light, light.size, 0.8)
-    return find_spheres(coarse / np.float32(max(ground, 1.0)), factor)
+    return find_spheres(coarse, factor, level=HALF_LEVEL * max(ground, 1.0))
 
 
-def coarse_transmission(frame: NDArray[Any], background: Background) -> tuple[NDArray[np.float32], float]:
-    """A whole raw frame in units of the empty scene, shrunk for a coarse look; and the factor."""
-    coarse, factor = shrink(frame)
+def coarse_transmission(coarse: NDArray[np.float32], background: Background) -> NDArray[np.float32]:
+    """A whole raw frame, shrunk for a coarse look, in units of the empty scene."""
     level = background.coarse_level
     if background.contrast > 0:
-        return 1.0 - (coarse - level) / np.float32(background.contrast), factor
-    return np.asarray(coarse / np.maximum(level, 1.0), np.float32), factor
+        return 1.0 - (coarse - level) / np.float32(background.contrast)
+    return np.asarray(coarse / np.maximum(level, 1.0), np.float32)
 
 
 def _gain(level: NDArray[np.float32]) -> NDArray[np.float32]:
     """What turns a grey level into transmission, NaN where a pixel is hot or the scene too dark to divide by."""
-    dark = np.float32(DARKEST_GROUND * float(np.percentile(level[::4, ::4], 90)))
+    some = level[::4, ::4].ravel()
+    dark = np.float32(DARKEST_GROUND * linear_quantile(some, some.size, 0.9))
     gain = np.asarray(cv2.medianBlur(level, 3), np.float32)
     _invert(level, dark, gain)
     return gain

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
+from wentry_cli.imaging.clean_mean import BLOCK_PX, clean_mean
 from wentry_cli.imaging.order_statistics import rank_and_next
 
 # The mean of this share of the smallest absolute values of a normal distribution, over its standard deviation.
 LOWER_SHARE, LOWER_MEAN = 0.8, 0.5586
-BLOCK_PX, LEAST_SHADE = 4, 0.004
+LEAST_SHADE = 0.004
 OVERLAP = 3  # blocks each way of which the means are: every third of them tells all there is
 LEAST_FLICKER, MOST_FLICKER = 0.003, 0.3  # of the usual light
 ALIKE, MOST_ALIKE = 0.01, 0.4
@@ -47,15 +48,6 @@ def relative_noise(samples: NDArray[Any]) -> float:
         return 0.0
     lower = np.partition(steps, number)[:number]
     return float(np.mean(lower) / (LOWER_MEAN * np.sqrt(2.0)))
-
-
-def _coarse(samples: NDArray[Any]) -> NDArray[np.float32]:
-    """Means over a dozen pixels each way, one for every block; shape (samples, blocks down, blocks across)."""
-    rows, columns = samples.shape[1:]
-    coarse = np.empty((len(samples), -(-rows // BLOCK_PX), -(-columns // BLOCK_PX)), np.float32)
-    for index, sample in enumerate(samples):
-        coarse[index] = cv2.blur(block_means(sample), (OVERLAP, OVERLAP))
-    return coarse
 
 
 def block_means(image: NDArray[Any]) -> NDArray[np.float32]:
@@ -176,79 +168,22 @@ def _unshaded(coarse: NDArray[np.float32], light: NDArray[np.float32], share: np
                 target[column] = np.float32(0.0) if level[column] < share * bright[column] else np.float32(1.0)
 
 
-@compiled
-def _brightest(samples: NDArray[Any], row: int, scale: NDArray[np.float32], top: NDArray[np.float32]) -> None:
-    # the three brightest samples of every pixel of a row, in order; without a branch, for vector instructions
-    top[:] = 0.0
-    first, second, third = top[0, :], top[1, :], top[2, :]
-    for index in range(samples.shape[0]):
-        source, factor = samples[index, row, :], scale[index]
-        for column in range(source.size):
-            value = np.float32(source[column]) * factor
-            one, two = first[column], second[column]
-            first[column] = max(one, value)
-            value = min(one, value)
-            second[column] = max(two, value)
-            third[column] = max(third[column], min(two, value))
-
-
-@compiled
-def _clean_mean(
-    samples: NDArray[Any],
-    scale: NDArray[np.float32],
-    lit: NDArray[np.float32],
-    tolerance: float,
-    level: NDArray[np.float32],
-) -> None:
-    count, rows, columns = samples.shape
-    top = np.empty((3, columns), np.float32)
-    bound = np.empty(columns, np.float32)
-    total, used = np.empty((2, columns), np.float32), np.empty((2, columns), np.float32)
-    keep = np.float32(1.0 - tolerance)
-    share = np.empty((count, columns), np.float32)
-    for row in range(rows):
-        if row % BLOCK_PX == 0:
-            for index in range(count):
-                for column in range(columns):
-                    share[index, column] = lit[index, row // BLOCK_PX, column // BLOCK_PX]
-        _brightest(samples, row, scale, top)
-        for column in range(columns):
-            first, second, third = top[0, column], top[1, column], top[2, column]
-            lowest = first * keep
-            bright = third if third >= lowest else (second if second >= lowest else first)
-            bound[column] = max(bright * keep, np.float32(1e-6))
-        total[:] = 0.0
-        used[:] = 0.0
-        for index in range(count):
-            source, factor, clear = samples[index, row, :], scale[index], share[index, :]
-            for column in range(columns):
-                value = np.float32(source[column]) * factor
-                good = np.float32(1.0) if value >= bound[column] else np.float32(0.0)
-                total[0, column] += value * good
-                used[0, column] += good
-                good *= clear[column]
-                total[1, column] += value * good
-                used[1, column] += good
-        for column in range(columns):
-            which = 1 if used[1, column] > 0 else 0
-            level[row, column] = total[which, column] / used[which, column] if used[which, column] > 0 else np.nan
-
-
-def clean_level(samples: NDArray[Any], noise: float) -> NDArray[np.float32]:
+def clean_level(samples: NDArray[Any], blocks: NDArray[np.float32], noise: float) -> NDArray[np.float32]:
     """Level of the empty scene: per pixel the mean of the samples that are as bright as the third brightest.
 
-    ``samples`` is (frames, rows, columns) of grey levels, 0 where a sample is known to be covered; ``noise`` is
-    relative. Samples darker than those by more than 4.5 standard deviations show something else (sphere, cavity,
-    droplets) and are left out, of the pixel or of a dozen pixels each way, so that one clean sample is enough and many
-    give an unbiased mean. The light may flicker from sample to sample. NaN where every sample is covered.
+    ``samples`` is (frames, rows, columns) of grey levels, 0 where a sample is known to be covered, ``blocks`` holds
+    their ``block_means``; ``noise`` is relative. Samples darker than those by more than 4.5 standard deviations show
+    something else (sphere, cavity, droplets) and are left out, of the pixel or of a dozen pixels each way, so that one
+    clean sample is enough and many give an unbiased mean. The light may flicker from sample to sample. NaN where every
+    sample is covered.
     """
-    level = np.empty(samples.shape[1:], np.float32)
-    coarse = _coarse(samples)
+    coarse = np.empty_like(blocks)  # means over a dozen pixels each way
+    for means, target in zip(blocks, coarse, strict=True):
+        cv2.blur(means, (OVERLAP, OVERLAP), dst=target)
     light = flicker(np.ascontiguousarray(coarse[:, ::OVERLAP, ::OVERLAP]))
     shade = max(4.5 * noise / (OVERLAP * BLOCK_PX), LEAST_SHADE)
     _unshaded(coarse, light, np.float32(1.0 - shade))
-    _clean_mean(samples, np.float32(1.0) / light, coarse, max(4.5 * noise, 0.02), level)
-    return level
+    return clean_mean(samples, light, coarse, max(4.5 * noise, 0.02))
 
 
 def fill_holes(level: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from wentry_cli.imaging.ground import BLOCK_PX, block_means, fill_holes
+from wentry_cli.imaging.clean_mean import BLOCK_PX
+from wentry_cli.imaging.ground import block_means, fill_holes
 
 COVERED = 0.05  # of the bright ground: what is darker than the level by that in the first frame shows something else
 CORE, FADING = 0.95, 0.98  # of the ground around: a patch that is darker somewhere, and how far it reaches
@@ -16,17 +15,18 @@ EDGE_BLOCKS, ACROSS = 2, 0.7
 SOME = 3  # every third block each way tells how bright the ground is
 
 
-def false_ground(level: NDArray[np.float32], first: NDArray[Any]) -> NDArray[np.bool_]:
-    """Where a level (rows, columns) of the empty scene is that of the bright core of a cavity; ``first`` is a frame.
+def false_ground(level: NDArray[np.float32], begun: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Where a level (rows, columns) of the empty scene is that of the bright core of a cavity.
 
-    Light that has passed through the cavity is bright, but not as bright as the ground. Where sphere or mirror image
-    cover a place in all frames before the cavity is there, it is the brightest that is ever seen. Such a place is dark
-    in the first frame, which no ground is that something else covers later, and its level lies below that of the
-    ground around it; what stands in the picture from the beginning, a bar, a stain, is dark in the first frame too, and
-    as dark in the level. The dark band of the surface, which may end within a block, goes right across the picture.
+    ``begun`` are the ``block_means`` of the first frame. Light that has passed through the cavity is bright, but not as
+    bright as the ground. Where sphere or mirror image cover a place in all frames before the cavity is there, it is the
+    brightest that is ever seen. Such a place is dark in the first frame, which no ground is that something else covers
+    later, and its level lies below that of the ground around it; what stands in the picture from the beginning, a bar,
+    a stain, is dark in the first frame too, and as dark in the level. The dark band of the surface,
+    which may end within a block, goes right across the picture.
     """
     rows, columns = level.shape
-    known, begun = block_means(level), block_means(first)
+    known = block_means(level)
     some, then = known[::SOME, ::SOME], begun[::SOME, ::SOME]
     if not np.isfinite(some).any():
         return np.zeros(level.shape, bool)

@@ -15,6 +15,7 @@ that it shifts them in time.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -35,6 +36,7 @@ from wentry_cli.kinematics.smoother import SmoothTrack, smooth_track
 
 Array = NDArray[np.float64]
 FINE = 8  # samples per frame in the search for roots
+COARSE = 16  # times as many samples from a valley to the next peak
 NEAR = 25  # frames around an extremum that tell what they have in common
 
 
@@ -188,7 +190,7 @@ def _periods(track: SmoothTrack, extrema: tuple[Extremum, ...], unseen: int) -> 
 
 
 def _amplitude(stretch: float) -> float:
-    return float(np.copysign(np.sqrt(max(2.0 * stretch**2 + stretch**-4 - 3.0, 0.0)), stretch - 1.0))
+    return math.copysign(math.sqrt(max(2.0 * stretch**2 + stretch**-4 - 3.0, 0.0)), stretch - 1.0)
 
 
 def _stretch_of(amplitude: float) -> float:
@@ -217,12 +219,9 @@ def _end(
     if valley is None:
         return NO_TIME, NO_TIME, "clip_ended"
     last = following.time_s if following else float(track.frames.times_s[-1])
-    times = np.linspace(valley.time_s, last, 129)
-    above = track.evaluate(times).position - mean
-    rising = np.flatnonzero((above[:-1] < 0.0) & (above[1:] >= 0.0))
-    if rising.size:
-        i = int(rising[0])
-        time = float(times[i] - above[i] * (times[i + 1] - times[i]) / (above[i + 1] - above[i]))
+    strides = (FINE, 1) if following else (1,)  # behind the last peak others may follow that are not told from noise
+    time = _crossing(track, np.linspace(valley.time_s, last, COARSE * FINE + 1), mean, strides)
+    if time is not None:
         state = track.evaluate(time)
         # which mean is meant is uncertain itself: 1, the stretch of no force, is as good as the one used
         common = max(e.common_unc for e in (valley, following) if e is not None)
@@ -232,3 +231,18 @@ def _end(
         return NO_TIME, NO_TIME, "clip_ended"
     middle = 0.5 * (valley.time_s + following.time_s)
     return middle, (following.time_s - valley.time_s) / np.sqrt(12.0), "no_unit_crossing"
+
+
+def _crossing(track: SmoothTrack, times: Array, mean: float, strides: tuple[int, ...]) -> float | None:
+    """When the stretch first rises through ``mean`` at the ``times``, of which it is looked at every so many at first.
+
+    None where it does not.
+    """
+    for stride in strides:
+        above = track.evaluate(times[::stride]).position - mean
+        rising = np.flatnonzero((above[:-1] < 0.0) & (above[1:] >= 0.0))
+        if not rising.size:
+            return None
+        i = int(rising[0])
+        times = times[stride * i : stride * (i + 1) + 1]
+    return float(times[0] - above[i] * (times[1] - times[0]) / (above[i + 1] - above[i]))

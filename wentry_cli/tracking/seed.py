@@ -10,7 +10,7 @@ from wentry_cli.errors import FrameUnreadableError
 from wentry_cli.imaging.background import Background, coarse_transmission
 from wentry_cli.imaging.detection import HALF_LEVEL, Candidate, faint_levels, find_spheres, shrink_factor
 from wentry_cli.tracking.prediction import Path
-from wentry_cli.tracking.source import Frames
+from wentry_cli.tracking.source import Frames, read_shrunk
 
 LIKE_RADIUS = 0.08
 FEWEST_AGREEING = 2
@@ -29,10 +29,10 @@ def detect(
 ) -> list[Candidate]:
     """Spheres in one frame that are darker than ``level``, the roundest first; none where it cannot be read."""
     try:
-        raw = frames.read(index)
+        coarse, factor = read_shrunk(frames, index)
     except FrameUnreadableError:
         return []
-    return find_spheres(*coarse_transmission(raw, ground), radius_range=radius_range, level=level)
+    return find_spheres(coarse_transmission(coarse, ground), factor, radius_range=radius_range, level=level)
 
 
 def find_seed(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from wentry_cli.errors import FrameUnreadableError
 from wentry_cli.imaging.background import Background, cut_patch
+from wentry_cli.imaging.detection import shrink
 from wentry_cli.imaging.patch import Patch
 
 
@@ -63,6 +64,14 @@ def _gives_rows(kind: type) -> bool:
     return issubclass(kind, StoredFrames)  # which is slow to find out
 
 
+@runtime_checkable
+class ShrunkFrames(Protocol):
+    """A clip that keeps coarse copies of some of its frames."""
+
+    def shrunk(self, index: int) -> tuple[NDArray[np.float32], float]:
+        """A frame as ``shrink`` gives it; raises as ``read``."""
+
+
 class FrameArray:
     """Frames held in one array (frames, rows, columns): for notebooks and tests."""
 
@@ -112,6 +121,11 @@ def read_patch(
     except FrameUnreadableError as error:
         return error.status
     return cut_patch(raw, x0, y0, background)
+
+
+def read_shrunk(frames: Frames, index: int) -> tuple[NDArray[np.float32], float]:
+    """Read a whole frame for a coarse look: as ``shrink`` gives it. Raises as ``Frames.read``."""
+    return frames.shrunk(index) if isinstance(frames, ShrunkFrames) else shrink(frames.read(index))
 
 
 def read_samples(frames: Frames, indices: list[int]) -> NDArray[Any]:

@@ -11,9 +11,12 @@ from numpy.typing import NDArray
 
 from wentry_cli.errors import FrameUnreadableError, InputError
 from wentry_cli.frames.decoded import found_once
+from wentry_cli.frames.packed import unpack_12bit
 from wentry_cli.frames.reader import StoredRows
 from wentry_cli.imaging.background import Background, build_background
+from wentry_cli.imaging.detection import shrink
 from wentry_cli.imaging.ground import sample_indices
+from wentry_cli.imaging.samples import Samples
 from wentry_cli.stages.ingest import OpenView, open_view
 from wentry_cli.stages.inputs.empty_scene import read_empty_scene
 
@@ -44,6 +47,7 @@ class Clip:
             if status in {"bad_frame", "gap"}
         }
         self._kept: dict[int, NDArray[Any]] = {}
+        self._shrunk: dict[int, tuple[NDArray[np.float32], float]] = {}
 
     @property
     def unreadable(self) -> tuple[tuple[int, str], ...]:
@@ -77,31 +81,53 @@ class Clip:
         if index in self._bad:
             raise FrameUnreadableError(f"frame {index} could not be read before", self._bad[index])
 
-    def sample(self) -> tuple[NDArray[Any], list[int]]:
-        """Read and keep frames that show the whole clip: (frames, rows, columns) and their indices. Bounded in memory.
+    def shrunk(self, index: int) -> tuple[NDArray[np.float32], float]:
+        """A frame as ``shrink`` gives it."""
+        self._check(index)
+        kept = self._shrunk.get(index)
+        return kept if kept is not None else shrink(self.read(index))
+
+    def sample(self) -> tuple[Samples, list[int]]:
+        """Read and keep frames that show the whole clip, and their indices. Bounded in memory.
 
         Raises ``InputError`` where none can be read.
         """
         kind = np.uint16 if self.full_scale > 255 else np.uint8
         size = max(1, self.shape[0] * self.shape[1] * np.dtype(kind).itemsize)
         wanted = sample_indices(self.count, int(np.clip(SAMPLE_BYTES // size, FEWEST_SAMPLES, MOST_SAMPLES)))
-        stack = np.empty((len(wanted), *self.shape), kind)
+        samples = Samples(np.empty((len(wanted), *self.shape), kind))
         found: list[int] = []
         for index in wanted:
             try:
-                stack[len(found)] = self.read(index)
+                self._read_into(samples.next, index)
             except FrameUnreadableError as error:
                 self._bad[index] = error.status
                 continue
-            self._kept[index] = stack[len(found)]
+            samples.add()
             found.append(index)
         if not found:
             raise InputError(f"{self.opened.info.path}: no frame can be read; check the recording")
-        return stack[: len(found)], found
+        self._kept = dict(zip(found, samples.frames, strict=True))
+        self._shrunk = dict(zip(found, samples.coarse, strict=True))
+        return samples, found
+
+    def _read_into(self, out: NDArray[Any], index: int) -> None:
+        """Read a whole frame into an array."""
+        rows, columns = self.shape
+        stored = self.stored_rows(index, (0, rows), (rows, rows))
+        if stored is None:
+            out[:] = self.read(index)
+            return
+        levels, first, packed = stored
+        if packed:
+            unpack_12bit(levels.reshape(-1), first, 2 * levels.shape[1] // 3, out)
+        else:
+            out[:] = levels[:, first : first + columns]
 
     def release(self) -> None:
         """Let go of the sampled frames."""
         self._kept.clear()
+        self._shrunk.clear()
 
     def close(self) -> None:
         """Close the recording."""
