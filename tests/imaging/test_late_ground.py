@@ -36,7 +36,7 @@ def test_the_edge_of_a_surface_above_a_mirror_image_is_ground() -> None:
     level[38:46] = 80.0
     first = level.copy()
     first[46:100, 80:120] = 70.0
-    assert not false_ground(level, first).any()
+    assert not false_ground(level, block_means(first)).any()
 
 
 def test_the_core_of_a_cavity_below_the_edge_of_a_surface_is_no_ground() -> None:
@@ -44,6 +44,6 @@ def test_the_core_of_a_cavity_below_the_edge_of_a_surface_is_no_ground() -> None
     level[38:46] = 80.0
     first = level.copy()
     first[46:130, 75:125] = 70.0
-    found = false_ground(level, first)
+    found = false_ground(level, block_means(first))
     assert found[100, 100]
     assert not found[:60].any()
