@@ -210,12 +210,16 @@ def _significant(rows: Sequence[Row | None]) -> tuple[NDArray[np.float64], NDArr
 
 @dataclass(frozen=True)
 class Partial:
-    """A sphere in air, to be fitted over a part of its outline; ``shape`` is the circle that its whole outline told."""
+    """A sphere in air, to be fitted over a part of its outline; ``shape`` is the circle that its whole outline told.
+
+    ``blur_px`` is the blur of that.
+    """
 
     frame: int
     patch: Patch
     shape: EllipseShape
     level: str
+    blur_px: float
 
     def held_stretch(self, line: float, departure: Departure) -> Row | None:
         """The stretch, less one, with the radius held to that of the whole outline, as the middle of a row."""
@@ -239,18 +243,29 @@ class Partial:
 
     def compare(self, line: float, departure: Departure) -> Row | None:
         """Errors of radius (relative, free), of stretch and of the lowest row (px; radius held)."""
-        free, held = self.free_radius(line, departure), self._fit(line, departure, bottom=True)
-        if free is None or held.fit is None or not held.ok:
+        held = self._fit(line, departure, bottom=True, also_free=True)
+        if held.free_fit is None or held.fit is None or not held.ok:
             return None
+        free, radius = held.free_fit, self.shape.radius
         local = held.bottom
         seen = local is not None and local.status == "ok"
         bottom = held.outline[1] - local.y_px if seen and local is not None else 0.0
         bottom_unc = math.hypot(held.fit.bottom_y_unc_px, local.y_unc_px) if seen and local is not None else 0.0
-        return free[0], held.fit.stretch - 1.0, bottom, free[3], held.fit.stretch_unc, bottom_unc
+        wider, unc = free.radius_px / radius - 1.0, free.radius_unc_px / radius
+        return wider, held.fit.stretch - 1.0, bottom, unc, held.fit.stretch_unc, bottom_unc
 
-    def _fit(self, line: float, departure: Departure, *, free: str = "x y stretch", bottom: bool = False) -> Sighting:
+    def _fit(
+        self,
+        line: float,
+        departure: Departure,
+        *,
+        free: str = "x y stretch",
+        bottom: bool = False,
+        also_free: bool = False,
+    ) -> Sighting:
         top = self.shape.y + line * self.shape.radius
         look = Look(_box(self.shape), free, top, level=self.level, bottom=bottom, departure=departure)
+        look = look._replace(also_free=also_free, blur_px=self.blur_px)
         return examine(self.patch, self.frame, self.shape, look)
 
 
@@ -269,7 +284,7 @@ def _read_sphere(frames: Frames, ground: Background, item: Sighting, level: str)
     assert item.fit is not None
     shape = EllipseShape(item.fit.center_x_px, item.fit.center_y_px, item.fit.radius_px)
     patch = read_steadied(frames, item.frame, ground, shape, _box(shape))
-    return None if isinstance(patch, str) else Partial(item.frame, patch, shape, level)
+    return None if isinstance(patch, str) else Partial(item.frame, patch, shape, level, item.fit.blur_px)
 
 
 def corrected_radius(water: PooledRadius, check: ShapeCheck) -> PooledRadius:

@@ -125,7 +125,9 @@ def _look_again(
         new = (
             item
             if isinstance(look, str)
-            else sight(frames, item.frame, ground, item.fit.shape, look._replace(departure=departure))
+            else sight(
+                frames, item.frame, ground, item.fit.shape, look._replace(departure=departure, blur_px=item.fit.blur_px)
+            )
         )
         again.append(new if new.ok else item)
     return again

@@ -206,7 +206,8 @@ def _request(look: Look, also: str = "") -> FitRequest:
 def _doubted_beside_band(patch: Patch, fit: SilhouetteFit, look: Look) -> SilhouetteFit:
     """The fit, doubted by what it changes by when the outline is left out a little further from the surface band."""
     further = (
-        fit_shape(patch, fit.shape, _request(look._replace(top_y_px=look.top_y_px + away))) for away in FURTHER_PX
+        fit_shape(patch, fit.shape, _request(look._replace(top_y_px=look.top_y_px + away, blur_px=math.nan)))
+        for away in FURTHER_PX
     )
     change = next((other.shape.vector() - fit.shape.vector() for other in further if usable(other)), None)
     if change is None:
