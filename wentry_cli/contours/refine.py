@@ -85,7 +85,7 @@ def take(step: Floats, free: Ints, moved: Floats, nuisance: Floats) -> float:
         moved[free[i]] += step[i]
     for i in range(NUISANCES - 1):
         nuisance[i] += step[size + i]
-    blur = min(0.35, max(-0.35, step[size + LN_S]))
+    blur = float(min(0.35, max(-0.35, step[size + LN_S])))
     nuisance[LN_S] = min(1.8, max(-1.2, nuisance[LN_S] + blur))
     return blur
 
