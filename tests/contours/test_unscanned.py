@@ -9,6 +9,7 @@ import pytest
 from scipy.special import ndtr
 
 from tests.contours.scenes import Scene, draw, nudged
+from wentry_cli.contours.arc import COLUMNS, J, X, Y, arc_rows
 from wentry_cli.contours.ellipse import SilhouetteFit
 from wentry_cli.contours.fitting import FitRequest, fit_shape, fit_with_bottom
 from wentry_cli.contours.global_step import remains
@@ -79,6 +80,8 @@ def test_a_second_fit_to_the_same_pixels_is_that_of_its_own() -> None:
 def test_what_a_step_leaves_is_told(moved: float, blur: float) -> None:
     """One linear step in displacement and ln s of a straight edge, whose true answer is known."""
     at = np.linspace(-6.0, 6.0, 4001)
+    straight = np.zeros((1, COLUMNS))
+    straight[0, J] = 1.0
 
     def edge(shift: float, ln_s: float) -> np.ndarray:
         return ndtr((at - shift) / np.exp(ln_s))
@@ -86,4 +89,16 @@ def test_what_a_step_leaves_is_told(moved: float, blur: float) -> None:
     tiny = 1e-5
     slopes = np.column_stack([(edge(tiny, 0.0) - edge(0.0, 0.0)) / tiny, (edge(0.0, tiny) - edge(0.0, 0.0)) / tiny])
     step = np.linalg.lstsq(slopes, edge(moved, blur) - edge(0.0, 0.0), rcond=None)[0]
-    assert abs(step[0] - moved) < 1.5 * remains(step[0], step[1]) + 1e-6
+    told = remains(straight, np.array([step[0], 0.0, 0.0, 0.0, 0.0]), step[1])
+    assert abs(step[0] - moved) < 1.5 * told + 1e-6
+
+
+@pytest.mark.parametrize("radius", [5.0, 60.0])
+def test_what_a_bent_outline_leaves_is_told(radius: float) -> None:
+    """A circle that moves sideways: where it was seen upright it then lies off by the square over the diameter."""
+    circle = np.array([0.0, 0.0, radius, 1.0, 0.0])
+    rows = arc_rows(circle, np.array([0.25 * np.pi]), np.array([0.1]))
+    moved = np.array([0.3, -0.3, 0.0, 0.0, 0.0])  # along the outline there
+    aside = np.hypot(rows[0, X] - moved[0], rows[0, Y] - moved[1]) - radius
+    across = np.array([0.3, 0.3, 0.0, 0.0, 0.0])
+    assert remains(rows, across, 0.0) > aside > 0.0

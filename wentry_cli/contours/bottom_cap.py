@@ -234,10 +234,10 @@ def bottom_of_sectors(refined: Refined, cap: Cap, shape: Floats) -> Floats:
         step, factor = step_from(verdict, cap.rows, powers, scene, moved, own)
         if factor.size == 0:
             return not_found(ELSEWHERE)
-        blur += take(step, powers, cap.rows, moved, own.nuisance)[1]
+        blur += take(step, powers, moved, own.nuisance)
         advance(verdict, cap.rows, powers, scene, step)
     if arc_shares(cap.rows, verdict)[1] > HIDDEN_SHARE:
         return not_found(ELSEWHERE)
-    if not is_negligible(remains(farthest(cap.rows, moved), blur), verdict):
+    if not is_negligible(remains(cap.rows, moved, blur), verdict):
         return not_found(ELSEWHERE)
     return lowest_point(shape, cap.rows, moved, factor, verdict)

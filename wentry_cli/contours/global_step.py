@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.compiled import compiled
-from wentry_cli.contours.arc import J, X, Y
+from wentry_cli.contours.arc import KAPPA, J, X, Y, displacement_of
 from wentry_cli.contours.likelihood import DD, GD
 from wentry_cli.contours.normal_equations import factorise, substitute
 from wentry_cli.contours.nuisances import Belief, add_priors
@@ -117,13 +117,17 @@ def step_from(
 
 
 @compiled
-def remains(far: float, blur: float) -> float:
-    """Displacement (px) that is left after a step which moved the outline by ``far`` px and ln s by ``blur``.
+def remains(rows: Floats, moved: Floats, blur: float) -> float:
+    """Greatest displacement (px) that is left after a step which moved the outline by ``moved`` and ln s by ``blur``.
 
-    Half of their product, as an edge that is not as sharp as was thought is moved by another amount; the error of the
-    displacement alone is of third order, since the second changes the blur.
+    Half of the product of the two, as an edge that is not as sharp as was thought is moved by another amount; half of
+    the square over the radius of curvature; and a share of the third power, since the second changes the blur.
     """
-    return 0.5 * far * abs(blur) + far**3 / 6.0
+    worst = 0.0
+    for k in range(rows.shape[0]):
+        far = abs(displacement_of(rows[k], moved))
+        worst = max(worst, 0.5 * far * (abs(blur) + rows[k, KAPPA] * far) + far**3 / 6.0)
+    return worst
 
 
 @compiled

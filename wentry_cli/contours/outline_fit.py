@@ -189,10 +189,10 @@ def second_fit(refined: Refined, vector: Floats, free: Ints, tilt_unc: float) ->
     if factor.size == 0:
         return nothing
     after = refined.verdict.copy()
-    far, blur = take(step, free, rows, moved, own.nuisance)
+    blur = take(step, free, moved, own.nuisance)
     advance(after, rows, free, scene, step)
     covariance, residual = concluded(after, factor, rows, free, scene)
-    if math.isnan(residual) or not is_negligible(remains(far, blur), after):
+    if math.isnan(residual) or not is_negligible(remains(rows, moved, blur), after):
         return nothing
     told = np.full(5 + FOUND + 25, math.nan)
     shape, found = told[:5], told[5 : 5 + FOUND]

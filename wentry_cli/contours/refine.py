@@ -78,17 +78,16 @@ class Refined(NamedTuple):
 
 
 @compiled
-def take(step: Floats, free: Ints, rows: Floats, moved: Floats, nuisance: Floats) -> tuple[float, float]:
-    """Add a step in place; returns the greatest displacement of the outline (px) and the change of ln s."""
-    size, change = free.size, np.zeros(5)
+def take(step: Floats, free: Ints, moved: Floats, nuisance: Floats) -> float:
+    """Add a step to the parameters ``moved`` (5) and the nuisances in place; returns the change of ln s."""
+    size = free.size
     for i in range(size):
-        change[free[i]] = step[i]
-    moved += change
+        moved[free[i]] += step[i]
     for i in range(NUISANCES - 1):
         nuisance[i] += step[size + i]
-    blur = min(0.35, max(-0.35, step[size + LN_S]))
+    blur = float(min(0.35, max(-0.35, step[size + LN_S])))
     nuisance[LN_S] = min(1.8, max(-1.2, nuisance[LN_S] + blur))
-    return farthest(rows, change), blur
+    return blur
 
 
 @compiled
@@ -153,10 +152,12 @@ def solve_band(band: Band, belief: Belief, free: Ints, patience: int) -> tuple[F
         step, factor = step_from(verdict, band.rows, free, band.scene, moved, belief)
         if factor.size == 0:
             break
-        far, blur = take(step, free, band.rows, moved, belief.nuisance)
+        before = moved.copy()
+        blur = take(step, free, moved, belief.nuisance)
+        far = farthest(band.rows, moved - before)
         noise_levels(sums, verdict, belief.noise)
         settled = turn > 0 and max(far, 0.1 * abs(blur)) < SETTLED_PX
-        settled = settled or (not fresh and is_negligible(remains(far, blur), verdict))
+        settled = settled or (not fresh and is_negligible(remains(band.rows, moved - before, blur), verdict))
         if (settled and turn >= patience) or far > 2.0:
             break
     if factor.size > 0:
