@@ -18,7 +18,6 @@ DIGITS, FIRST, BEHIND = 9, 10**8, 10**9  # the numbers of nine digits
 EXACT_POWERS = np.array([10.0**k for k in range(23)])  # greater ones are no doubles
 LEAST, GREATEST = 1e-12, 1e20
 TEN = np.uint32(10)
-LOG10_OF_2 = math.log10(2.0)
 UNSURE = 1e-6  # of the last digit: ten times what scaling errs by
 FIXED = -4  # exponent below which %g changes to powers of ten
 CELL = 24  # bytes that the text of a number takes at most, with the comma behind it

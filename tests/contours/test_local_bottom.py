@@ -58,6 +58,8 @@ def test_the_pixels_of_the_outline_tell_the_bottom_as_well_as_its_own():
         found.append(np.array([bottom.y_px - s.bottom_y, own.y_px - s.bottom_y, bottom.y_px - own.y_px]) / own.y_unc_px)
     error, by_itself, apart = np.sqrt(np.mean(np.square(found), axis=0))
     assert error < 1.05 * by_itself
+    assert 0.7 < by_itself < 1.3
+    assert np.max(np.abs(found)) < 4.0
     assert apart < 0.3
 
 

@@ -13,6 +13,7 @@ from wentry_cli.contours.arc import COLUMNS, J, X, Y, arc_rows
 from wentry_cli.contours.ellipse import SilhouetteFit
 from wentry_cli.contours.fitting import FitRequest, fit_shape, fit_with_bottom
 from wentry_cli.contours.global_step import remains
+from wentry_cli.imaging.patch import Patch
 
 FREE, WITH_RADIUS = ("x", "y", "stretch"), ("x", "y", "R", "stretch", "tilt")
 JUDGED = [0, 1, 3]
@@ -52,12 +53,37 @@ def test_a_guess_that_leads_astray_is_scanned_for(off_px: float) -> None:
     assert near.shape == scanned.shape
 
 
+@pytest.mark.parametrize("guessed", [0.7, 1.08, 2.5])
+@pytest.mark.parametrize("psf_px", [0.8, 2.2])
+def test_a_blur_that_was_guessed_wrong_costs_nothing(psf_px: float, guessed: float) -> None:
+    found = []
+    for seed in range(12):
+        s = draw(seed, noise=0.003, light={"psf_px": psf_px})
+        near = fit_with_bottom(s.patch, s.shape, FitRequest(FREE, s.top_y, blur_px=guessed))
+        usual = fit_with_bottom(s.patch, s.shape, FitRequest(FREE, s.top_y, blur_px=psf_px))
+        assert near.bottom is not None
+        assert usual.bottom is not None
+        assert near.fit.blur_px == pytest.approx(usual.fit.blur_px, rel=0.05)
+        ratio = near.fit.center_y_unc_px / usual.fit.center_y_unc_px, near.bottom.y_unc_px / usual.bottom.y_unc_px
+        found.append((*ratio, (near.bottom.y_px - s.bottom_y) / near.bottom.y_unc_px))
+    assert np.median(found, axis=0)[:2] == pytest.approx([1.0, 1.0], abs=0.15)
+    assert 0.6 < np.sqrt(np.mean(np.square(found)[:, 2])) < 1.6
+
+
+@pytest.mark.parametrize("contrast", [-0.3, 0.01])
+def test_what_is_brighter_or_hardly_darker_is_no_sphere(contrast: float) -> None:
+    s = draw(4, noise=0.001)
+    values = np.float32(1.0) - np.float32(contrast) * (1.0 - s.patch.values) / 0.92
+    faint = Patch(values.astype(np.float32), s.patch.x0, s.patch.y0)
+    assert fit_shape(faint, s.shape, FitRequest(FREE, s.top_y, blur_px=1.1)).status == "no_edge"
+
+
 def test_nothing_is_found_without_a_scan_where_nothing_is() -> None:
     s = draw(2)
     empty = s.patch.values.copy()
     empty[:] = 1.0 + 0.01 * np.random.default_rng(3).normal(size=empty.shape)
     request = FitRequest(FREE, s.top_y, blur_px=1.1)
-    assert fit_shape(s.patch.__class__(empty, s.patch.x0, s.patch.y0), s.shape, request).status != "ok"
+    assert fit_shape(Patch(empty, s.patch.x0, s.patch.y0), s.shape, request).status != "ok"
 
 
 def test_a_second_fit_to_the_same_pixels_is_that_of_its_own() -> None:

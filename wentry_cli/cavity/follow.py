@@ -17,7 +17,6 @@ from wentry_cli.tracking.source import Frames
 
 Floats = NDArray[np.float64]
 
-LONGEST_GAP = 12  # frames over which the sphere's place is carried on
 SHALLOWEST = 0.35  # in radii: the equator below the surface before there is a cavity to measure
 NARROWEST_REACH, WIDEST_REACH = 2.0, 6.0
 NARROWEST_PX = 8

@@ -179,7 +179,7 @@ def _fit(patch: Patch, guess: EllipseShape, request: FitRequest, *, bottom: bool
         return OutlineFit(unmeasured(quality[1], quality[2], "saturated" if lost else status))
     fit = _told(patch, vector, found, covariance, request)
     told = bottom_found(patch, cap) if fit.status == "ok" and cap[HOW] != ELSEWHERE else None
-    if not other.size:
+    if not other.size or fit.status != "ok":
         return OutlineFit(fit, told)
     numbers, rest = other[5 : 5 + FOUND].tolist(), other[5 + FOUND :].reshape(5, 5)
     second = request._replace(free=request.also)

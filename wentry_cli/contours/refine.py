@@ -24,7 +24,9 @@ from wentry_cli.contours.nuisances import (
     weigh_noise,
 )
 from wentry_cli.contours.plateau import add_plateaus
+from wentry_cli.contours.scan import LEAST_HEIGHT
 from wentry_cli.contours.sectors import (
+    LEAST_SPREAD,
     LEVEL_IN,
     LEVEL_OUT,
     LN_S,
@@ -51,6 +53,8 @@ RECOLLECT_PX = 0.25
 # Share of an outline that may disagree where it was not scanned.
 MOST_UNSCANNED = 0.15
 ROUNDS = 6
+# By how much noise and levels of the sectors may still change in the last round.
+STEADY = 0.2
 # Share of the outline left out from which it is worth looking at single pixels.
 HIDDEN_SHARE = 0.02
 COLLECTIONS = 4
@@ -117,10 +121,16 @@ def first_belief(band: Band, ln_blur: float, ground: float) -> Belief:
             nuisance[LEVEL_OUT] = ground
     nuisance[LN_S] = ln_blur
     prior = priors(nuisance, band.scene[2], band.settings[3])
-    belief = Belief(nuisance, prior, noise, np.full(2, 1e-6), np.zeros(5))
+    belief = Belief(nuisance, prior, noise, np.full(2, LEAST_SPREAD), np.zeros(5))
     if noise[1] > 0.0:
         tilt_ground(band.plateaus, band.rows, band.scene, belief)
     return belief
+
+
+@compiled
+def is_steady(before: Floats, after: Floats) -> bool:
+    """Whether two variances are nearly what they were before."""
+    return bool(max(abs(after[0] / before[0] - 1.0), abs(after[1] / before[1] - 1.0)) < STEADY)
 
 
 @compiled
@@ -137,12 +147,12 @@ def solve_band(band: Band, belief: Belief, free: Ints, patience: int) -> tuple[F
     verdict = np.zeros((count, VERDICT))
     moved = np.zeros(5)
     for turn in range(ROUNDS):
+        before, noise, spread = moved.copy(), belief.noise.copy(), belief.spread.copy()
         set_state(state, band.rows, moved, belief.nuisance, band.scene)
-        fresh = belief.noise[1] == 0.0
-        if fresh:
+        if noise[1] == 0.0:
             belief.noise[:] = 1.0
         accumulate(band.pixels, band.starts, state, belief.noise, band.settings[3], sums)
-        if fresh:
+        if noise[1] == 0.0:
             weigh_noise(sums, verdict, belief.noise)
         else:
             add_plateaus(band.plateaus, state, belief.noise, sums)
@@ -152,13 +162,18 @@ def solve_band(band: Band, belief: Belief, free: Ints, patience: int) -> tuple[F
         step, factor = step_from(verdict, band.rows, free, band.scene, moved, belief)
         if factor.size == 0:
             break
-        before = moved.copy()
         blur = take(step, free, moved, belief.nuisance)
-        far = farthest(band.rows, moved - before)
         noise_levels(sums, verdict, belief.noise)
-        settled = turn > 0 and max(far, 0.1 * abs(blur)) < SETTLED_PX
-        settled = settled or (not fresh and is_negligible(remains(band.rows, moved - before, blur), verdict))
-        if (settled and turn >= patience) or far > 2.0:
+        far = farthest(band.rows, moved - before)
+        if far > 2.0:
+            break
+        # weights that a wrong blur or level has spoilt are found again
+        if turn < patience or not (is_steady(noise, belief.noise) and is_steady(spread, belief.spread)):
+            continue
+        if turn > 0 and max(far, 0.1 * abs(blur)) < SETTLED_PX:
+            break
+        plain = turn > 0 or arc_shares(band.rows, verdict)[1] <= HIDDEN_SHARE
+        if plain and is_negligible(remains(band.rows, moved - before, blur), verdict):
             break
     if factor.size > 0:
         advance(verdict, band.rows, free, band.scene, step)
@@ -231,7 +246,8 @@ def refine_shape(
         band = gather_band(values, shape, settings, reach, masked)
         belief = first_belief(band, ln_blur, masked)
     lost = Refined(report, nothing, no_turn(), band, belief, nothing)
-    if math.isnan(belief.nuisance[LEVEL_IN]) or (math.isnan(belief.nuisance[LEVEL_OUT]) and not scanned):
+    height = belief.nuisance[LEVEL_OUT] - belief.nuisance[LEVEL_IN]
+    if math.isnan(height) or (not scanned and height < LEAST_HEIGHT):
         return lost
     moved, factor, verdict = solve_band(band, belief, free, 0)
     for _ in range(COLLECTIONS):

@@ -53,6 +53,8 @@ OCCLUDED_SHARE = 0.15
 # A fine scan of an outline that was followed is believed where it moved by less and so few rays were left out; it is
 # the last where the rays of the guess, which know nothing of the curvature, are wrong by less.
 ASTRAY_PX, MOST_LEFT_OUT, BENT_PX = 1.5, 0.15, 0.001
+# Transmission by which the ground must be brighter than the sphere.
+LEAST_HEIGHT = 0.02
 # Rays farther off than this count as outliers, by scan; the last never less than what a real sphere departs.
 LIMITS_PX = (1.2, 0.7, 0.6)
 SLACK_OF_R = 0.006
@@ -165,7 +167,7 @@ def scan_once(
     report[CONTRAST] = quantile_of(heights, number, 0.5)
     noise = search[7] if search[7] > 0.0 else noise
     limit = max(LIMITS_PX[kind], SLACK_OF_R * shape[2])
-    least = max(0.3 * quantile_of(heights, number, 0.75), 0.02, noise if fine else 2.0 * noise)
+    least = max(0.3 * quantile_of(heights, number, 0.75), LEAST_HEIGHT, noise if fine else 2.0 * noise)
     if quantile_of(heights, number, 1.0 - max((size + 3.0) / number, 0.15)) < least:
         return rays, nothing, step
     correct_edges(at, rays, search[3] + (LINE_VARIANCE if fine else 0.0), search[5:7])

@@ -47,6 +47,8 @@ LEVEL_IN, LEVEL_OUT, SLOPE_X, SLOPE_Y, LN_S, NUISANCES = 0, 1, 2, 3, 4, 5
 TOLERANCE_PX = 0.15
 TOLERANCE_OF_R = 0.0025
 HARD_GATE = 3.0
+# Variance of the sectors' own levels that is always allowed for.
+LEAST_SPREAD = 1e-6
 LEAST_PIXELS = 12.0
 # Motion across the edge with less variance than this counts as blur.
 LEAST_SMEAR_PX2 = 0.1
@@ -118,7 +120,7 @@ def level_spread(sums: Floats, spread: Floats) -> None:
     for side in range(2):
         found = median_of(inside if side == 0 else outside, number) * 1.4826
         expected = median_of(expected_in if side == 0 else expected_out, number)
-        spread[side] = max(1e-6, found * found - 1.6 * expected)
+        spread[side] = max(LEAST_SPREAD, found * found - 1.6 * expected)
 
 
 @compiled

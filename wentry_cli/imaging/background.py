@@ -82,8 +82,7 @@ def build_background(
 
 def _level_without_spheres(samples: Samples, noise: float) -> NDArray[np.float32]:
     """Level of the empty scene from samples whose spheres are covered for as long as it is computed."""
-    if samples.any_black:
-        np.maximum(samples.frames, 1, out=samples.frames)  # 0 stands for covered
+    samples.lift_black()
     discs = np.zeros(samples.frames.shape[1:], np.uint8)
     covered: list[tuple[NDArray[Any], NDArray[Any]]] = []
     for frame, coarse, blocks in zip(samples.frames, samples.coarse, samples.blocks, strict=True):

@@ -25,7 +25,7 @@ class Samples:
         self.coarse: list[tuple[NDArray[np.float32], float]] = []
         rows, columns = room.shape[1:]
         self._blocks = np.empty((len(room), -(-rows // BLOCK_PX), -(-columns // BLOCK_PX)), np.float32)
-        self.any_black = False
+        self._black: list[int] = []
 
     @classmethod
     def of(cls, frames: NDArray[Any]) -> Samples:
@@ -42,10 +42,19 @@ class Samples:
 
     def add(self) -> None:
         """Count the frame that was written to ``next``."""
-        frame = self.next
-        self.any_black |= not frame.min()
-        self._blocks[len(self.coarse)] = block_means(frame)
+        frame, index = self.next, len(self.coarse)
+        if not frame.min():
+            self._black.append(index)
+        self._blocks[index] = block_means(frame)
         self.coarse.append(shrink(frame))
+
+    def lift_black(self) -> None:
+        """Turn grey levels of 0, which stand for what is covered, into 1."""
+        for index in self._black:
+            frame = self._room[index]
+            np.maximum(frame, 1, out=frame)
+            self._blocks[index], self.coarse[index] = block_means(frame), shrink(frame)
+        self._black.clear()
 
     @property
     def frames(self) -> NDArray[Any]:

@@ -147,6 +147,8 @@ def examine(patch: Patch, index: int, guess: EllipseShape, look: Look) -> Sighti
     separation = find_separation(patch, fit, departure=look.departure) if look.separation else None
     if " R" in look.free:
         free = fit
+    elif also and (wanted := _with_size(look.free, shape.stretch)) != also:
+        free = fit_shape(patch, shape, _request(look)._replace(free=parse_free(wanted), blur_px=math.nan))
     return Sighting(
         index,
         "ok",

@@ -29,10 +29,8 @@ DOME_DISC = 0.5  # of the undeformed radius: within the sphere when it is slende
 DOME_FRAMES = 600
 CROWN_REACH, CROWN_FOOT_PX = 4.0, 6.0  # radii about the axis and above the surface; clear of the surface band
 COARSE, NARROW = 4, 0.6  # frames from one coarse look to the next; of the greatest width: it may have closed between
-RISE, LEAST_RISE_PX = (
-    0.6,
-    16.0,
-)  # radii by which a crown rises from one coarse look to the next; where it rises more, one looks again
+# Radii by which a crown rises from one coarse look to the next; where it rises more, one looks again.
+RISE, LEAST_RISE_PX = 0.6, 16.0
 RIM_FRAMES = 6  # on either side of the closure, from which its height is taken
 FEWEST_RIMS = 4
 
