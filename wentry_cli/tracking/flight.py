@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.imaging.background import Background
-from wentry_cli.tracking.follow import Plan, follow
+from wentry_cli.tracking.follow import Plan, Watch, follow
 from wentry_cli.tracking.prediction import Path, box_around
 from wentry_cli.tracking.sighting import Look, Sighting, sight
 from wentry_cli.tracking.source import Frames
@@ -76,14 +76,24 @@ def both_ways(frames: Frames, ground: Background, path: Path, plan: Plan, last: 
     """
     start = path.frames[0]
     forward = replace(path)
-    seen = follow(frames, ground, forward, range(start, last + 1), plan)
+    seen = follow(frames, ground, forward, range(start, last + 1), plan, _learning(forward))
     good = [item for item in seen if item.ok and item.fit is not None][:3]
     backward = path.turned()
     if len(good) >= 2:
         backward = Path(path.radius, stiff=path.stiff, level=path.level)
         for item in reversed(good):
             if item.fit is not None:
-                backward.radius = item.fit.radius_px
                 backward.add(item.frame, item.fit.shape, item.fit.blur_px)
-    before = follow(frames, ground, backward, range(start - 1, -1, -1), plan)
+                backward.radius = item.fit.radius_px
+    before = follow(frames, ground, backward, range(start - 1, -1, -1), plan, _learning(backward))
     return [*reversed(before), *seen], forward
+
+
+def _learning(path: Path) -> Watch:
+    """A path in air predicts with the radius that was fitted last: that of the seed is a rough one."""
+
+    def learn(sighting: Sighting) -> None:
+        if sighting.fit is not None and not sighting.circle:
+            path.radius = sighting.fit.radius_px
+
+    return Watch(learn)
