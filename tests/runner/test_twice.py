@@ -34,10 +34,19 @@ def test_a_recording_under_two_names_is_told_with_what_to_do(drop: Drop, tmp_pat
         _measured(results, drop, name, content)
     (told,) = warn_of_twice(results)
     assert told.startswith("mine and vid__mine were measured from the same recording")
-    assert f"remove {results / 'vid__mine'} or the other" in told
+    assert f"keep the folder of one of them in {results}, remove the rest" in told
     assert warn_of_twice(results, ("mine", "vid__other")) == []
     (results / "mine" / "geometry.csv").unlink()  # it could not be measured
     assert warn_of_twice(results) == []
+
+
+def test_a_drop_that_failed_counts_nowhere(drop: Drop, tmp_path: Path) -> None:
+    for name in ("mine", "vid__mine"):
+        _measured(tmp_path, drop, name, "a")
+    assert len(warn_of_twice(tmp_path)) == 1
+    record = tmp_path / "mine" / "stages.json"
+    record.write_text(json.dumps(json.loads(record.read_text()) | {"track": {"error": "mine: no sphere is seen"}}))
+    assert warn_of_twice(tmp_path) == []
 
 
 def test_two_drops_in_one_recording_are_two(drop: Drop, tmp_path: Path) -> None:

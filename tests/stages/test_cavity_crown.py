@@ -69,3 +69,11 @@ def test_no_more_rows_are_read_than_the_crown_fills_and_one_that_shoots_up_is_se
     assert [rims[k].top_y_px for k in range(len(heights))] == [180.0 - height for height in heights]
     assert all(rim.width_px == 81.0 for rim in rims.values())
     assert clip.rows < 0.65 * len(heights) * 174
+
+
+def test_a_clip_ends_before_a_dome_over_only_where_the_crown_is_narrowest_at_its_end() -> None:
+    width = rim_width(0.15)[:280]
+    assert crown._narrows_to_the_end(width, width.size)
+    assert not crown._narrows_to_the_end(width, width.size + 2 * crown.COARSE)  # it was not seen up to the end
+    assert not crown._narrows_to_the_end(rim_width(0.05), T.size)  # it has broadened since
+    assert not crown._narrows_to_the_end(np.full(5, np.nan), 5)

@@ -155,6 +155,15 @@ def test_a_speed_that_the_height_does_not_explain_is_a_warning(
     assert "high: the impact speed is 5 m/s by measurement and 6.26 m/s by drop" in caplog.text
 
 
+@pytest.mark.parametrize(("unc", "told"), [(0.0, False), (0.005, True), (0.05, False)])
+def test_a_height_that_is_well_known_checks_the_speed_more_closely(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, unc: float, told: bool
+) -> None:
+    height = {"height_m": 1.35, "height_m_unc": unc}  # 5.15 m/s
+    run(tmp_path, make_drop("near", material="rigid", drop=height), motion(amplitude=0.0))
+    assert ("near: the impact speed is 5 m/s by measurement and 5.15 m/s by drop" in caplog.text) == told
+
+
 @pytest.mark.parametrize(("factor", "told"), [(1.0, True), (1e6, False)])
 def test_a_speed_of_which_nothing_is_known_is_empty(tmp_path: Path, factor: float, told: bool) -> None:
     drop = make_drop(material="rigid")

@@ -29,16 +29,17 @@ def warn_of_twice(results: Path, only: tuple[str, ...] = ()) -> list[str]:
     groups = dict.fromkeys(tuple(group) for group in names.values() if len(group) > 1)
     return [
         f"{' and '.join(group)} were measured from the same recording, which counts {len(group)} times in "
-        f"summary.csv and scaling.csv; remove {results / group[-1]} or the other from the results and fit again"
+        f"summary.csv and scaling.csv; keep the folder of one of them in {results}, remove the rest and fit again"
         for group in groups
     ]
 
 
 def _parts(results: Path, drop: Drop) -> set[Part]:
     """The parts of recordings that ``drop`` was measured from, each by a word on what its files hold."""
-    if not has_table(results / drop.name, "geometry"):
+    stages = read_stages(results / drop.name)
+    if not has_table(results / drop.name, "geometry") or any("error" in entry for entry in stages.values()):
         return set()  # it counts nowhere
-    marks = read_stages(results / drop.name).get("ingest", {}).get("fingerprint", {})
+    marks = stages.get("ingest", {}).get("fingerprint", {})
     found: set[Part] = set()
     for name in drop.experiment.sides:
         word = next((word for word in str(marks.get(f"recording {name}")).split() if word.startswith("content:")), None)

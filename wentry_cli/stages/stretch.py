@@ -107,7 +107,7 @@ def _check_scale(drop: Drop, merged: MergedStretch) -> None:
     off = float(np.median(ratio)) - 1.0
     if abs(off) > max(SCALE_OFF, CLEARLY * float(np.median(np.abs(ratio - 1.0 - off)))):
         logger.warning(
-            "%s: top view: its scale is %.0f %% from what the side view says of the sphere's width; check "
+            "%s: top view: its scale is %.0f %% off what the side view says of the sphere's width; check "
             "views.top.scale_px_per_m (%g, where %.4g would agree) and views.top.camera_distance_m",
             drop.name, 100.0 * abs(off), given, given * (1.0 + off),
         )  # fmt: skip

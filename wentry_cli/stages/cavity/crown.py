@@ -33,6 +33,7 @@ COARSE, NARROW = 4, 0.6  # frames from one coarse look to the next; of the great
 RISE, LEAST_RISE_PX = 0.6, 16.0
 RIM_FRAMES = 6  # on either side of the closure, from which its height is taken
 FEWEST_RIMS = 4
+ABOUT_LEAST = 1.15  # a width that may be the least
 
 
 @dataclass(frozen=True)
@@ -62,8 +63,8 @@ def find_dome(folder: Path, drop: Drop, clip: Clip, ground: Background, view: Si
     else:
         rims = _rims(clip, ground, view, below[:DOME_FRAMES:COARSE])
         rims |= _rims(clip, ground, view, _while_closing(rims, below[:DOME_FRAMES]))
-        over, name = find_rim_closure(view.t_s, _widths(rims, view.t_s.size)), "side"
-        ended = max(rims, default=0) >= clip.count - 1 - COARSE
+        width = _widths(rims, view.t_s.size)
+        over, name, ended = find_rim_closure(view.t_s, width), "side", _narrows_to_the_end(width, clip.count)
     if over.status == "clip_ended" and not ended:
         over = replace(over, status="not_identified")  # it stays wide for as long as a crown stands
     if over.status != "ok":
@@ -74,6 +75,14 @@ def find_dome(folder: Path, drop: Drop, clip: Clip, ground: Background, view: Si
 
 def _widths(rims: dict[int, Rim], count: int) -> Floats:
     return np.array([rims[k].width_px if k in rims else np.nan for k in range(count)])
+
+
+def _narrows_to_the_end(width: Floats, count: int) -> bool:
+    """Whether the crown was seen up to the end of a clip of ``count`` frames, and was no narrower before."""
+    seen = np.flatnonzero(np.isfinite(width))
+    if seen.size == 0 or seen[-1] < count - 1 - COARSE:
+        return False
+    return bool(width[seen[-1]] <= ABOUT_LEAST * np.nanmin(width[int(np.nanargmax(width)) :]))
 
 
 def _while_closing(rims: dict[int, Rim], frames: list[int]) -> list[int]:
@@ -87,7 +96,7 @@ def _while_closing(rims: dict[int, Rim], frames: list[int]) -> list[int]:
     least = width[later].min()
     if least > NARROW * width[widest]:
         return []
-    closed = int(later[width[later] <= 1.15 * least][0])
+    closed = int(later[width[later] <= ABOUT_LEAST * least][0])
     return [k for k in frames if widest - COARSE < k < closed + 2 * COARSE + STEADY and k not in rims]
 
 

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
 
 PEAKS = 5
-CROSS_CHECK = 0.08
+# An impact speed is told where it is off that of the drop by more than this share; of a height whose uncertainty was
+# told, by more than so many standard deviations, and by more than air takes.
+CROSS_CHECK, CLEARLY_APART, AIR_AND_RELEASE = 0.08, 3.0, 0.02
 FREE_FALL, FREE_FALL_SIGMA = 0.2, 4.0
 logger = logging.getLogger(__name__)
 
@@ -39,7 +41,10 @@ def run(folder: Path, drop: Drop) -> None:
         row |= pinch_off_columns(folder, drop, pinch_off, (speeds.impact, speeds.impact_unc))
         if has_table(folder, "kinematics"):
             write_table(folder, "forces", forces_table(folder, drop, speeds, number(pinch_off, "t_s")))
-    _cross_check(drop.name, speeds.impact, row["speed_from_height_m_s"])
+    expected, release = row["speed_from_height_m_s"], experiment.drop
+    told = release.height_m_unc > 0.0 or release.impact_speed_m_s_unc > 0.0
+    unc = math.hypot(speeds.impact_unc, row["speed_from_height_m_s_unc"]) if told else math.nan
+    _cross_check(drop.name, speeds.impact, expected, unc)
     row["status"] = _status(folder, drop, row, pinch_off)
     write_table(folder, "summary", new_table("summary", {name: [value] for name, value in row.items()}))
 
@@ -58,9 +63,14 @@ def _speeds(folder: Path, drop: Drop) -> Speeds:
     return speeds
 
 
-def _cross_check(name: str, measured: float, expected: float) -> None:
-    """Warn where the measured impact speed is not what the height of the drop makes one expect."""
-    if abs(measured / expected - 1.0) > CROSS_CHECK:
+def _cross_check(name: str, measured: float, expected: float, unc: float) -> None:
+    """Warn where the measured impact speed is not what the height of the drop makes one expect.
+
+    ``unc`` is the standard uncertainty of the difference, m/s; NaN where that of the height, which may be a nominal
+    one, was not told.
+    """
+    limit = max(CLEARLY_APART * unc / expected, AIR_AND_RELEASE) if math.isfinite(unc) else CROSS_CHECK
+    if abs(measured / expected - 1.0) > limit:
         logger.warning(
             "%s: the impact speed is %.3g m/s by measurement and %.3g m/s by drop; check fps, scale_px_per_m, "
             "sphere.diameter_m and drop.height_m",
