@@ -87,7 +87,7 @@ def test_a_sphere_that_spreads_long_after_its_impact_is_told(
     ("scale", "told"),
     [
         (1100.0, ""),
-        (990.0, "drop: top view: its scale is 11 % from what the side view says"),
+        (990.0, "drop: top view: its scale is 11 % off what the side view says"),
         (550.0, "drop: no frame of the top view could be measured: no sphere was found: check scale_px_per_m, source"),
     ],
 )
