@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from wentry_cli import tables
 from wentry_cli.errors import InputError
 from wentry_cli.schemas import STATUS_WORDS, TABLES
 from wentry_cli.tables import new_table, read_table, replacing, write_table, write_text
@@ -141,3 +142,13 @@ def test_page_of_tables_is_current() -> None:
     finally:
         sys.path.pop(0)
     assert make_tables.PAGE.read_text(encoding="utf-8") == make_tables.page(), "run `make tables`"
+
+
+def test_a_long_table_is_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tables, "KEPT_BYTES", 10)
+    write_table(tmp_path, "geometry", new_table("geometry", {"view": ["side"]}))
+    assert list(read_table(tmp_path, "geometry")["view"]) == ["side"]
+    assert tmp_path / "geometry.csv" not in tables._READ
+    monkeypatch.undo()
+    read_table(tmp_path, "geometry")
+    assert tmp_path / "geometry.csv" in tables._READ

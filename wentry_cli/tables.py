@@ -25,7 +25,7 @@ QUOTED = re.compile(r'[,"\r\n]')  # a cell with one of these goes between quotes
 GREATEST_INT = 10**9
 MANY_CELLS = 2000  # of so many the text is written by compiled code
 _KINDS = {"float": "float64", "int": "Int64", "text": "string"}
-KEPT = 6
+KEPT, KEPT_BYTES = 6, 4_000_000  # so many tables are kept, no longer one: memory must not grow with the clip
 _READ: dict[Path, tuple[bytes, pd.DataFrame]] = {}
 """The tables that were read last, which several stages ask for: their bytes and what these say."""
 
@@ -236,6 +236,8 @@ def read_table(folder: Path, name: str) -> pd.DataFrame:
     before, frame = _READ.pop(path, (b"", None))
     if frame is None or before != content:
         frame = _parsed(path, name, content)
+    if len(content) > KEPT_BYTES:
+        return frame
     _READ[path] = content, frame
     if len(_READ) > KEPT:
         del _READ[next(iter(_READ))]

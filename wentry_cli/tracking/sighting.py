@@ -207,6 +207,7 @@ def _request(look: Look, also: str = "") -> FitRequest:
 
 def _doubted_beside_band(patch: Patch, fit: SilhouetteFit, look: Look) -> SilhouetteFit:
     """The fit, doubted by what it changes by when the outline is left out a little further from the surface band."""
+    # scanned for anew: what bends the end of the outline may hold a fit that goes on from this one
     further = (
         fit_shape(patch, fit.shape, _request(look._replace(top_y_px=look.top_y_px + away, blur_px=math.nan)))
         for away in FURTHER_PX
