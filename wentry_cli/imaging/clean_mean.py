@@ -44,7 +44,7 @@ def _clean_rows(
     """Fill ``level`` row by row: a plain mean, then anew where blocks are ``shaded`` or a sample is dark."""
     count, rows, columns = samples.shape
     ordered = np.empty((4, columns), samples.dtype)
-    bound, total = np.empty(columns, np.float32), np.empty((4, columns), np.float32)
+    bound, total = np.empty(columns, np.float32), np.empty((2, columns), np.float32)
     share = np.empty((count, columns), np.float32)
     runs = np.empty((2, shaded.shape[1]), np.intp)
     flags = np.zeros(8 * (columns // 8 + 1), np.uint8)
@@ -85,10 +85,14 @@ def _shaded_runs(shaded: NDArray[np.bool_], columns: int, runs: NDArray[np.intp]
 @compiled
 def _spread(lit: Singles, block: int, runs: NDArray[np.intp], share: Singles) -> None:
     """Spread a row of blocks over the columns of ``runs``."""
+    last = share.shape[1] - BLOCK_PX
     for run in range(runs.shape[1]):
         for index in range(lit.shape[0]):
-            for column in range(runs[0, run], runs[1, run]):
-                share[index, column] = lit[index, block, column // BLOCK_PX]
+            source, target = lit[index, block, :], share[index, :]
+            for first in range(runs[0, run], runs[1, run], BLOCK_PX):
+                value = source[first // BLOCK_PX]
+                for near in range(BLOCK_PX if first <= last else share.shape[1] - first):
+                    target[first + near] = value
 
 
 @compiled
@@ -166,23 +170,19 @@ def _mean_of_clear(
     first, last = run
     least, out = bound[first:last], level[first:last]
     total, used = totals[0, first:last], totals[1, first:last]
-    total_clear, used_clear = totals[2, first:last], totals[3, first:last]
     totals[:, first:last] = 0.0
     for index in range(samples.shape[0]):
         source, clear = samples[index, row, first:last], share[index, first:last]
         for column in range(out.size):
             value = np.float32(source[column])
-            good = np.float32(1.0) if value >= least[column] else np.float32(0.0)
+            good = clear[column] if value >= least[column] else np.float32(0.0)
             total[column] += value * good
             used[column] += good
-            good *= clear[column]
-            total_clear[column] += value * good
-            used_clear[column] += good
     for column in range(out.size):
-        if used_clear[column] > 0:
-            out[column] = total_clear[column] / used_clear[column]
+        if used[column] > 0:
+            out[column] = total[column] / used[column]
         else:
-            out[column] = total[column] / used[column] if used[column] > 0 else np.float32(np.nan)
+            out[column] = _mean_of_bright(samples, row, first + column, least[column])
 
 
 @compiled

@@ -1,4 +1,4 @@
-"""A fit with the radius of the sphere put in: what that changes, and what is then known how well."""
+"""A fit with the radius of the sphere put in, or its tilt: what that changes, and what is then known how well."""
 
 from __future__ import annotations
 
@@ -80,3 +80,20 @@ def _replaced(fit: SilhouetteFit, vector: list[float], uncs: list[float], covari
         bottom_y_unc_px=bottom_unc,
         covariance=covariance,
     )
+
+
+def with_tilt(fit: SilhouetteFit, tilt_deg: float, tilt_unc_deg: float) -> SilhouetteFit:
+    """Hold the tilt at another value, known to an uncertainty: the conditional mean and covariance.
+
+    A fit that tells nothing of how it answers to the tilt is returned as it is.
+    """
+    if not fit.covariance[4, 4] > 0.0:
+        return fit
+    slope = fit.covariance[:, 4] / fit.covariance[4, 4]
+    tilt, unc = math.radians(tilt_deg), math.radians(tilt_unc_deg)
+    vector = fit.shape.vector()
+    vector += slope * (tilt - vector[4])
+    covariance = fit.covariance - np.outer(slope, fit.covariance[4]) + np.outer(slope, slope) * unc**2
+    spread = spreads(vector[2], vector[3], tilt, covariance).tolist()
+    held = fit._replace(tilt_deg=tilt_deg, tilt_unc_deg=tilt_unc_deg, radius_unc_px=spread[2])
+    return _replaced(held, vector.tolist(), spread, covariance)

@@ -124,7 +124,6 @@ class WetPlan:
             top,
             (velocity[0] * exposure, velocity[1] * exposure),
             self.scene.level,
-            bottom=not piloting,  # a pilot is measured again with the radius that it tells
             separation=True,
             also_free=self.again and self.known and index % FREE_EVERY == 0,
             tilt_deg=self.tilt.value,

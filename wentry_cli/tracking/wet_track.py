@@ -13,6 +13,7 @@ from wentry_cli.imaging.background import Background
 from wentry_cli.tracking.confirmed import without_unconfirmed
 from wentry_cli.tracking.continuity import without_unexplained
 from wentry_cli.tracking.follow import GIVEN_UP_AFTER, Watch, follow
+from wentry_cli.tracking.held_radius import with_tilt
 from wentry_cli.tracking.mirror import Mirror, stands_out
 from wentry_cli.tracking.prediction import Path
 from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius
@@ -29,6 +30,7 @@ HIDDEN_RADII = 12.0
 DEFORMED, CLEARLY, LEAST_DEFORMED, DEFORMS_WITHIN = 0.03, 5.0, 3, 3.0
 ROUND = 0.8  # of the frames must agree with a circle
 RADIUS_KNOWN = 0.01
+CLOSE_RADIUS = 0.004  # within which one linear step leads from a radius to another
 UNKNOWN_WALL = 0.04  # by which the radius below the surface may differ where nothing tells it
 FEWEST_FALLING, LEAST_GAIN = 5, 0.005  # frames in air, and share of the speed gained in one, that count as a fall
 BRIGHTER = 0.15  # of the ground: more is not the sphere that fell
@@ -184,21 +186,21 @@ class WetTracker:
     def settle(self, seen: list[Sighting], water: PooledRadius) -> list[Sighting]:
         """Give all sightings the final radius.
 
-        What was seen before the radius was known, or before a tilt was, is measured again, backwards from there, with
-        both held; the rest moves by its own sensitivity to the last digits of the radius. Without any radius, air's or
-        water's, nothing can be held, and all stays as it was seen.
+        What was seen with another radius, or before a tilt was known, is measured again, backwards from there, with
+        both held. The rest moves by its own sensitivity to the last digits of the radius, pilots to those of the tilt
+        as well. Without any radius, air's or water's, nothing can be held, and all stays as it was seen.
         """
         if not water.known:
             return seen
-        last = self.plan.pilot[-1].frame if self.plan.pilot and not self.scene.radius_water.known else -1
-        last = max(last, self.plan.tilt.harmful_before)
-        start = next((index for index, item in enumerate(seen) if item.frame > last), len(seen))
-        after = [item for item in seen[max(0, start - 1) : start + 12] if item.ok and item.fit is not None][:3]
+        first = max(self._radius_from(water), self.plan.tilt.harmful_before + 1)
+        start = next((index for index, item in enumerate(seen) if item.frame >= first), len(seen))
+        late = self._upright(constrain(seen[start:], water, wet=True))
+        after = [item for item in late[:12] if item.ok and item.fit is not None][:3]
         if start == 0 or not after:
-            return constrain(seen, water, wet=True)
+            return [*constrain(seen[:start], water, wet=True), *late]
         path = Path(water.value, stiff=not self.scene.deformable)
         plan = self.plan.restarted()
-        for item in reversed(constrain(after, water, wet=True)):
+        for item in reversed(after):
             if item.fit is not None:
                 path.add(item.frame, item.fit.shape)
             plan.learn(item)
@@ -206,7 +208,23 @@ class WetTracker:
         again = follow(self.frames, self.ground, path, order, plan, Watch(plan.learn, self._believable))
         reached = {item.frame: item._replace(wet=True) for item in again}
         early = [reached.get(item.frame, Sighting(item.frame, "poor_fit", wet=True)) for item in seen[:start]]
-        return constrain([*early, *seen[start:]], water, wet=True)
+        return [*constrain(early, water, wet=True), *late]
+
+    def _radius_from(self, water: PooledRadius) -> int:
+        """The frame from which on the radius was free and close to what all tell together, or that was held."""
+        pilot = self.plan.pilot if not self.scene.radius_water.known else []
+        if not pilot:
+            return 0
+        off = [item.frame for item in pilot if item.fit and abs(item.fit.radius_px / water.value - 1.0) > CLOSE_RADIUS]
+        return max(off) + 1 if off else pilot[0].frame
+
+    def _upright(self, seen: list[Sighting]) -> list[Sighting]:
+        """Give the pilots, whose tilt was free or not known yet, that which all frames tell."""
+        tilt, pilots = self.plan.tilt, {item.frame for item in self.plan.pilot}
+        return [
+            item._replace(fit=with_tilt(item.fit, tilt.value, tilt.unc)) if item.fit and item.frame in pilots else item
+            for item in seen
+        ]
 
 
 def _are_round(seen: list[Sighting]) -> bool:
