@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from wentry_cli.imaging.background import Background
 from wentry_cli.imaging.detection import Candidate
-from wentry_cli.tracking.seed import _agreeing, _dwarfed, _falls
+from wentry_cli.tracking.prediction import Path
+from wentry_cli.tracking.seed import _agreeing, _dwarfed, _falls, find_seed
+from wentry_cli.tracking.source import FrameArray
 
 
 def ball(y: float, radius: float = 100.0, x: float = 300.0, span: float = 358.0) -> Candidate:
@@ -30,3 +35,40 @@ def test_a_sphere_seen_whole_once_asks_for_another_look() -> None:
     seen = [SPHERE[0], *droplets]
     assert _dwarfed(_agreeing(seen), seen)
     assert not _dwarfed(SPHERE, [*SPHERE, *droplets])
+
+
+def test_a_sphere_that_the_rim_cuts_asks_for_it_too() -> None:
+    droplets = [(frame, ball(80.0 + frame, 9.0, x=700.0)) for frame in (50, 60, 70)]
+    cut = [(20, ball(95.0, span=282.0)), *droplets]
+    assert _dwarfed(_agreeing(cut), cut)
+    hardly = [(20, ball(-60.0, span=150.0)), *droplets]
+    assert not _dwarfed(_agreeing(hardly), hardly)
+
+
+def discs(places: list[list[tuple[float, float, float]]]) -> FrameArray:
+    y, x = np.mgrid[:120, :160]
+    frames = [np.full((120, 160), 200, np.uint8) for _ in places]
+    for frame, there in zip(frames, places, strict=True):
+        for across, down, radius in there:
+            frame[np.hypot(x - across, y - down) < radius] = 10
+    return FrameArray(np.stack(frames))
+
+
+def test_what_nothing_fits_in_the_sample_is_looked_for_in_more_frames() -> None:
+    droplet = (120.0, 40.0, 8.0)
+    fall = [[(50.0, 10.0 * frame, 24.0), droplet] if frame < 8 else [droplet] for frame in range(20)]
+    frames = discs(fall)
+    ground = Background(
+        np.full((120, 160), 200, np.float32), np.full((120, 160), 1 / 200, np.float32), 0.0, float("inf"), 255.0, 0.0
+    )
+    late = range(9, 20, 2)
+
+    def is_the_sphere(path: Path) -> bool:
+        return path.radius > 20.0
+
+    decoy = find_seed(frames, ground, late)
+    assert decoy is not None
+    assert decoy.radius < 10.0
+    found = find_seed(frames, ground, late, fits=is_the_sphere)
+    assert found is not None
+    assert abs(found.radius - 24.0) < 1.5

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.errors import FrameUnreadableError
@@ -19,6 +19,7 @@ LONGEST_SCAN = 240
 DWARF = 3.0  # times smaller than the sphere, a droplet
 STILL_PX = 1.0  # what a round outline is off by from frame to frame
 WHOLE_DEG = 330.0  # of outline: all of the sphere is seen, and the earliest such frame is the best
+MOST_DEG = 240.0  # of outline: a sphere that the rim of the frame may cut
 
 Range = tuple[float, float]
 Sights = list[tuple[int, Candidate]]
@@ -47,28 +48,35 @@ def find_seed(
 ) -> Path | None:
     """Find a frame to start from and return a path through it and a neighbour; None where no sphere is seen.
 
-    Looks at the frames in ``indices``, then, should too few show one, at every second frame. What is seen in two frames
-    or more with the same radius is the sphere; where it is ``falling``, what rises is none: its mirror image in the
-    surface comes up to meet it. The path starts where most of the outline is seen, so that a sphere cut by the rim of
-    the frame is followed from later, and where it ``fits``, if it does anywhere: a sphere and its image look like one
-    round thing as they meet. What is darker than ``level`` may be a sphere.
+    Looks at the frames in ``indices``, then, should too few show one or nothing there ``fits``, at every second frame.
+    What is seen in two frames or more with the same radius is the sphere; where it is ``falling``, what rises is none:
+    its mirror image in the surface comes up to meet it. The path starts where most of the outline is seen, so that a
+    sphere cut by the rim of the frame is followed from later, and where it ``fits``, if it does anywhere: a sphere and
+    its image look like one round thing as they meet, and droplets are no spheres. What is darker than ``level`` may be
+    a sphere.
     """
-    sights = _look_through(frames, ground, indices, radius_range, level)
-    agreeing = _agreeing(sights)
-    able = [item for item in agreeing if not falling or _falls(item, agreeing)]
-    if not able or len({index for index, _ in agreeing}) < FEWEST_AGREEING or _dwarfed(agreeing, sights):
-        every_second = range(0, min(frames.count, 2 * LONGEST_SCAN), 2)
-        agreeing = _agreeing(_look_through(frames, ground, every_second, radius_range, level))
-        able = [item for item in agreeing if not falling or _falls(item, agreeing)]
-    agreeing = able or agreeing
     first: Path | None = None
+    for chosen in (indices, range(0, min(frames.count, 2 * LONGEST_SCAN), 2)):
+        sights = _look_through(frames, ground, chosen, radius_range, level)
+        agreeing = _agreeing(sights)
+        able = [item for item in agreeing if not falling or _falls(item, agreeing)]
+        few = not able or len({index for index, _ in agreeing}) < FEWEST_AGREEING or _dwarfed(agreeing, sights)
+        if few and chosen is indices:
+            continue
+        for path in _paths(frames, ground, able or agreeing, level):
+            if fits is None or fits(path):
+                return path
+            first = path if first is None or chosen is not indices else first
+    return first
+
+
+def _paths(frames: Frames, ground: Background, agreeing: Sights, level: float) -> Iterator[Path]:
+    """Paths through what was seen and its neighbour in time, from where most of the outline is seen on."""
     for index, seen in sorted(agreeing, key=lambda item: -min(item[1].span_deg, WHOLE_DEG)):
         for neighbour in (index + 1, index - 1):
             path = _pair(frames, ground, (index, seen), neighbour, level)
-            if path is not None and (fits is None or fits(path)):
-                return path
-            first = first or path
-    return first
+            if path is not None:
+                yield path
 
 
 def find_faint_seed(
@@ -123,8 +131,8 @@ def _like(reference: Candidate, seen: Sights) -> Sights:
 
 
 def _dwarfed(group: Sights, seen: Sights) -> bool:
-    """Whether something far larger was seen whole: the sphere, in the one frame of the sample that shows it in air."""
-    whole = max((item.radius for _, item in seen if item.span_deg > WHOLE_DEG), default=0.0)
+    """Whether something far larger was seen nearly whole: the sphere, in the one frame of the sample that shows it."""
+    whole = max((item.radius for _, item in seen if item.span_deg > MOST_DEG), default=0.0)
     return any(item.radius * DWARF < whole for _, item in group)
 
 
