@@ -505,7 +505,7 @@ def test_a_number_that_only_the_side_view_tells_says_that_there_is_none(campaign
     tables = {name: table for name, table in soft.tables.items() if name != "side"}
     table = drop_table(replace(campaign, drops=(replace(soft, summary=numbers, tables=tables), *campaign.drops[2:])))
     row = dict(zip(table.header, table.rows[0], strict=True))
-    assert row["U₀ (m/s)"] == "– (no side view)"
+    assert row["U₀ (m/s)"] == "– (not filmed from the side)"
     other = dict(zip(table.header, table.rows[1], strict=True))
     assert other["U₀ (m/s)"] == "5.340 ± 0.010"
 

@@ -63,6 +63,7 @@ def write_page(content: Content) -> str:
         details=content.details,
         missing=content.missing,
         drop_table=tabulation.drop_table(campaign),
+        told_note=tabulation.told_note(campaign),
         entry_table=tabulation.entry_table(campaign),
         flight_table=tabulation.flight_table(campaign),
         regressions=regressions.regression_table(campaign),

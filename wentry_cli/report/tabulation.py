@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 
 from wentry_cli.report.campaign import Campaign, DropResults, as_number, as_text
-from wentry_cli.report.numbers import DASH, or_reason, with_uncertainty
+from wentry_cli.report.numbers import DASH, fixed, or_reason, with_uncertainty
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,14 @@ def _frames(drop: DropResults) -> str:
     return " / ".join(with_uncertainty(count) for count in counts)
 
 
+def _told_speed(drop: DropResults) -> str:
+    """The speed of the drop by its height, or as given, and how far the measured one lies off it."""
+    told = drop.number("speed_from_height_m_s")
+    text = with_uncertainty(told, drop.number("speed_from_height_m_s_unc"))
+    off = 100.0 * (drop.number("impact_speed_m_s") / told - 1.0)
+    return f"{text} ({'+' if off > 0.0 else ''}{fixed(off, 1)} %)" if math.isfinite(off) else text
+
+
 Columns = dict[str, Callable[[DropResults], str]]
 
 DROP_COLUMNS: Columns = {
@@ -46,12 +54,17 @@ DROP_COLUMNS: Columns = {
     "D (mm)": _cell("diameter_m", 1e3),
     "G∞ (kPa)": _cell("g_inf_pa", 1e-3),
     "U₀ (m/s)": _cell("impact_speed_m_s"),
+    "told (m/s)": _told_speed,
+    "a in air (m/s²)": lambda drop: with_uncertainty(
+        drop.number("fall_acceleration_m_s2"), drop.number("fall_acceleration_m_s2_unc")
+    ),
     "Fr": _cell("froude", digits=3),
     "G∞/(ρ_w U₀²)": _cell("stiffness_ratio", digits=3),
     "T (ms)": _cell("period_s", 1e3),
     "λ_p1": _cell("stretch_peak_1"),
     "frames": _frames,
     "status": lambda drop: drop.text("status") or "not finished",
+    "in doubt": lambda drop: drop.text("doubts") or DASH,
 }
 FLIGHT_COLUMNS: Columns = {
     "drop": lambda drop: drop.name,
@@ -92,7 +105,7 @@ def _reason(drop: DropResults, column: str) -> str:
     if column in OF_MATERIAL and not math.isfinite(drop.number("g_inf_pa")):
         return "no material"
     if column in SIDE_ONLY and drop.kind == "water_entry" and drop.table("side").empty:
-        return "no side view"
+        return "not filmed from the side"
     if drop.kind == "free_flight" or drop.text("status") in {"", "too_few"}:
         return drop.text("status")
     if column in PINCH_OFF:
@@ -115,6 +128,24 @@ def _why_no_pinch_off(drop: DropResults, column: str) -> str:
 def drop_table(campaign: Campaign) -> TextTable:
     """What each drop is and how its sphere oscillates, with uncertainties; columns that no drop fills are left out."""
     return _filled(DROP_COLUMNS, list(campaign.drops))
+
+
+def told_note(campaign: Campaign) -> str:
+    """What the columns are that check the scale; empty where no drop has them."""
+    parts = []
+    speeds = [(drop.number("speed_taken_by_air_m_s"), drop.number("speed_from_height_m_s")) for drop in campaign.drops]
+    if any(math.isfinite(told) for _, told in speeds):
+        shares = [100.0 * air / told for air, told in speeds if math.isfinite(air / told)]
+        air = f", of which the air takes {fixed(max(shares), 1)} % at most" if shares else ""
+        parts.append(
+            f"told: √(2gh) of the height that was given{air}, or the speed that was; in brackets how far U₀ is off it."
+        )
+    if any(math.isfinite(drop.number("fall_acceleration_m_s2")) for drop in campaign.drops):
+        parts.append(
+            "a in air: acceleration before impact; where the scales of length and time are right it is that of gravity "
+            "less the drag of the air."
+        )
+    return " ".join(parts)
 
 
 def entry_table(campaign: Campaign) -> TextTable:
