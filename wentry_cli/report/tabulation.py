@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 
 from wentry_cli.report.campaign import Campaign, DropResults, as_number, as_text
-from wentry_cli.report.numbers import DASH, fixed, or_reason, with_uncertainty
+from wentry_cli.report.numbers import DASH, MINUS, fixed, or_reason, with_uncertainty
 
 
 @dataclass(frozen=True)
@@ -38,12 +38,14 @@ def _frames(drop: DropResults) -> str:
     return " / ".join(with_uncertainty(count) for count in counts)
 
 
-def _told_speed(drop: DropResults) -> str:
-    """The speed of the drop by its height, or as given, and how far the measured one lies off it."""
-    told = drop.number("speed_from_height_m_s")
-    text = with_uncertainty(told, drop.number("speed_from_height_m_s_unc"))
-    off = 100.0 * (drop.number("impact_speed_m_s") / told - 1.0)
-    return f"{text} ({'+' if off > 0.0 else ''}{fixed(off, 1)} %)" if math.isfinite(off) else text
+def _plain(column: str) -> Callable[[DropResults], str]:
+    return lambda drop: with_uncertainty(drop.number(column), drop.number(f"{column}_unc"))
+
+
+def _off_told(drop: DropResults) -> str:
+    """How far the measured impact speed is off that of the height, or off the one that was given."""
+    off = fixed(100.0 * (drop.number("impact_speed_m_s") / drop.number("speed_from_height_m_s") - 1.0), 1)
+    return DASH if off == "nan" else f"{'' if off.startswith(MINUS) or off == '0.0' else '+'}{off} %"
 
 
 Columns = dict[str, Callable[[DropResults], str]]
@@ -54,16 +56,19 @@ DROP_COLUMNS: Columns = {
     "D (mm)": _cell("diameter_m", 1e3),
     "G∞ (kPa)": _cell("g_inf_pa", 1e-3),
     "U₀ (m/s)": _cell("impact_speed_m_s"),
-    "told (m/s)": _told_speed,
-    "a in air (m/s²)": lambda drop: with_uncertainty(
-        drop.number("fall_acceleration_m_s2"), drop.number("fall_acceleration_m_s2_unc")
-    ),
     "Fr": _cell("froude", digits=3),
     "G∞/(ρ_w U₀²)": _cell("stiffness_ratio", digits=3),
     "T (ms)": _cell("period_s", 1e3),
     "λ_p1": _cell("stretch_peak_1"),
     "frames": _frames,
-    "status": lambda drop: drop.text("status") or "not finished",
+    "status": lambda drop: (drop.text("status") or "not finished") + (", in doubt" if drop.text("doubts") else ""),
+}
+CHECK_COLUMNS: Columns = {
+    "drop": lambda drop: drop.name,
+    "U₀ (m/s)": _cell("impact_speed_m_s"),
+    "by the drop (m/s)": _plain("speed_from_height_m_s"),
+    "U₀ off it": _off_told,
+    "a in air (m/s²)": _plain("fall_acceleration_m_s2"),
     "in doubt": lambda drop: drop.text("doubts") or DASH,
 }
 FLIGHT_COLUMNS: Columns = {
@@ -130,16 +135,20 @@ def drop_table(campaign: Campaign) -> TextTable:
     return _filled(DROP_COLUMNS, list(campaign.drops))
 
 
-def told_note(campaign: Campaign) -> str:
-    """What the columns are that check the scale; empty where no drop has them."""
+def check_table(campaign: Campaign) -> TextTable:
+    """What was told of each drop beside what was measured; empty where there is nothing to compare."""
+    table = _filled(CHECK_COLUMNS, list(campaign.drops))
+    return table if {*table.header} - {"drop", "U₀ (m/s)"} else TextTable((), ())
+
+
+def check_note(campaign: Campaign) -> str:
+    """What the columns of ``check_table`` are."""
     parts = []
     speeds = [(drop.number("speed_taken_by_air_m_s"), drop.number("speed_from_height_m_s")) for drop in campaign.drops]
     if any(math.isfinite(told) for _, told in speeds):
         shares = [100.0 * air / told for air, told in speeds if math.isfinite(air / told)]
         air = f", of which the air takes {fixed(max(shares), 1)} % at most" if shares else ""
-        parts.append(
-            f"told: √(2gh) of the height that was given{air}, or the speed that was; in brackets how far U₀ is off it."
-        )
+        parts.append(f"By the drop: √(2gh) of the height that was given{air}, or the speed that was.")
     if any(math.isfinite(drop.number("fall_acceleration_m_s2")) for drop in campaign.drops):
         parts.append(
             "a in air: acceleration before impact; where the scales of length and time are right it is that of gravity "
