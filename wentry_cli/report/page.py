@@ -56,6 +56,7 @@ def write_page(content: Content) -> str:
         drops=[
             {
                 "name": drop.name,
+                "doubts": drop.text("doubts"),
                 "figures": [_shown(drawn) for drawn in content.details if drawn.panel.drop == drop.name],
             }
             for drop in campaign.drops

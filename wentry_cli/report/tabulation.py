@@ -61,8 +61,11 @@ DROP_COLUMNS: Columns = {
     "T (ms)": _cell("period_s", 1e3),
     "λ_p1": _cell("stretch_peak_1"),
     "frames": _frames,
-    "status": lambda drop: (drop.text("status") or "not finished") + (", in doubt" if drop.text("doubts") else ""),
+    "status": lambda drop: (
+        (drop.text("status").replace("_", " ") or "not finished") + (", in doubt" if drop.text("doubts") else "")
+    ),
 }
+STRETCH_OF = {"kinematics": "measured", "kinematics_model": "model"}
 CHECK_COLUMNS: Columns = {
     "drop": lambda drop: drop.name,
     "U₀ (m/s)": _cell("impact_speed_m_s"),
@@ -87,7 +90,7 @@ ENTRY_COLUMNS: Columns = {
     "t_p U₀/D_eff": _cell("tp_u0_over_deff", digits=3),
     "U₁ (m/s)": _cell("speed_after_period_m_s"),
     "ΔU/U₀": _cell("delta_u_over_u0", digits=3),
-    "velocity from": _word("velocity_source"),
+    "λ of velocities": lambda drop: STRETCH_OF.get(drop.text("velocity_source"), DASH),
 }
 WATER_ONLY = {"froude", "stiffness_ratio"}
 EFFECTIVE = {"diameter_eff_m", "tp_u0_over_deff"}
@@ -151,8 +154,8 @@ def check_note(campaign: Campaign) -> str:
         parts.append(f"By the drop: √(2gh) of the height that was given{air}, or the speed that was.")
     if any(math.isfinite(drop.number("fall_acceleration_m_s2")) for drop in campaign.drops):
         parts.append(
-            "a in air: acceleration before impact; where the scales of length and time are right it is that of gravity "
-            "less the drag of the air."
+            "The acceleration before impact, a in air, is that of gravity less the drag of the air where the scales of "
+            "length and time are right."
         )
     return " ".join(parts)
 
