@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 HEIGHT_UNC_M, SPEED_UNC = 0.01, 0.01
 CLEARLY_APART, RELEASE = 3.0, 0.01  # standard uncertainties, and share of the speed that a release may give or take
 FREE_FALL, FREE_FALL_SIGMA = 0.2, 4.0
-# The stretch that a sphere must show at least: this share of an estimate that is good to a factor of two; the frames
+# The stretch that a sphere must show at least: this share of a low estimate, and the most of that; the frames
 # about its first peak, in D/√(G∞/ρ_s) after impact, and how many of them tell.
 CERTAIN_SHARE, MOST_EXPECTED, PEAK_WINDOW, FEWEST_AT_PEAK = 1.0 / 3.0, 0.5, (0.2, 0.8), 5
 
@@ -109,7 +109,7 @@ def doubt_of_softness(folder: Path, drop: Drop, speed: float) -> str:
 
 
 def _expected_stretch(drop: Drop, modulus_pa: float, density: float, speed: float) -> float:
-    """λ − 1 at the first peak, to a factor of two, of a sphere of shear ``modulus_pa`` before anything in it flows.
+    """λ − 1 at the first peak, a low estimate, of a sphere of shear ``modulus_pa`` before anything in it flows.
 
     In water the pressure of impact, half of ρ_w U₀² on the bottom and none at the top, strains a bar of modulus 3 G by
     a sixth of ρ_w U₀²/G, twice what it does at rest; on a plate the energy of the fall goes into that bar. The stretch
