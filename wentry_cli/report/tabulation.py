@@ -90,7 +90,7 @@ ENTRY_COLUMNS: Columns = {
     "t_p U₀/D_eff": _cell("tp_u0_over_deff", digits=3),
     "U₁ (m/s)": _cell("speed_after_period_m_s"),
     "ΔU/U₀": _cell("delta_u_over_u0", digits=3),
-    "λ of velocities": lambda drop: STRETCH_OF.get(drop.text("velocity_source"), DASH),
+    "λ of velocities": lambda drop: DASH if drop.rigid else STRETCH_OF.get(drop.text("velocity_source"), DASH),
 }
 WATER_ONLY = {"froude", "stiffness_ratio"}
 EFFECTIVE = {"diameter_eff_m", "tp_u0_over_deff"}
