@@ -23,6 +23,7 @@ GROUND = {
     "config",
     "pipeline",
     "provenance",
+    "doubts",
     "records",
     "compiled",
     "progress",

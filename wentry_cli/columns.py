@@ -165,8 +165,10 @@ diameter_m | m | float | undeformed diameter
 density_kg_m3 | kg/m³ | float | density of the sphere | not given
 g_inf_pa | Pa | float | G∞ of the material | rigid sphere, or material not given
 impact_speed_m_s | m/s | float ± | U₀, measured, positive downwards | free flight, or filmed from the top only
-speed_from_height_m_s | m/s | float | √(2 g h), the cross-check | height and speed not given
+speed_from_height_m_s | m/s | float | √(2 g h), or the speed that was given, as a check | height and speed not given
 ± | not known
+speed_taken_by_air_m_s | m/s | float | what air takes of √(2 g h) at most | height not given
+fall_acceleration_m_s2 | m/s² | float ± | acceleration before impact, down positive | free flight, or few frames seen
 velocity_m_s | m/s | float ± | free flight: velocity in the middle of the clip, up positive | all but a free flight
 acceleration_m_s2 | m/s² | float ± | free flight: constant acceleration, up positive | all but a free flight
 froude | 1 | float ± | U₀/√(gD) | where impact_speed_m_s is
@@ -194,6 +196,7 @@ tp_u0_over_deff | 1 | float ± | t_p U₀/D_eff | where diameter_eff_m is
 speed_after_period_m_s | m/s | float ± | U₁, positive downwards | rigid sphere, no side view, no water
 delta_u_over_u0 | 1 | float ± | (U₀ − U₁)/U₀ | where speed_after_period_m_s is
 velocity_source | – | text | kinematics or kinematics_model | no side view, no water
+doubts | – | text | what contradicts what was told, in a few words (in full: warnings) | nothing
 frames_measured | 1 | int | frames with status ok
 frames_total | 1 | int | frames in the clip
 status | – | text | ok, or why something in this row is not measured
@@ -218,6 +221,7 @@ n_conditions | 1 | int | number of conditions among them: repeats of one count o
 n_spheres | 1 | int | number of spheres among them: groups of the uncertainty, where there are more than parameters
 paper_value | 1 | float | the paper's value | not in the paper
 left_out | – | text | drops that the relation is about and that take no part, with the reason | none
+doubtful | – | text | drops that take part though something of them is in doubt, with what that is | none
 status | – | text | ok, or why something in this row is not measured
 
 # materials | calibrate | material, sphere

@@ -14,7 +14,7 @@ STAGES = "stages.json"
 RUN = "run.json"
 ERROR_LOG = "error.log"
 LOCK = ".lock"
-_KINDS = {"fingerprint": dict, "outputs": dict, "warnings": list, "error": str, "exit_code": int}
+_KINDS = {"fingerprint": dict, "outputs": dict, "warnings": list, "doubts": list, "error": str, "exit_code": int}
 
 
 def read_json(path: Path) -> dict[str, Any]:

@@ -68,6 +68,36 @@ def test_results_among_the_frames_are_refused(wentry: Command, video: Path) -> N
     assert [path for path in sorted((video / "side").iterdir()) if path.suffix == ".png"] == before
 
 
+@pytest.mark.parametrize(
+    ("source", "results", "told"),
+    [
+        ("side", "side", "lies among the frames of"),
+        (".", "results", "lies among the frames of"),
+        ('"side_*.png"', "results", "lies among the frames of"),
+        ('"side_*.png"', "..", "the tables of video would lie beside its experiment.yaml"),
+        ("side", "..", "the tables of video would lie beside its experiment.yaml"),
+        ("side", "results", ""),
+        ("side", "../results", ""),
+    ],
+)
+def test_nothing_is_written_among_frames(wentry: Command, video: Path, source: str, results: str, told: str) -> None:
+    """Nor beside experiment.yaml; a folder of its own in that of the drop does no harm where frames have theirs."""
+    drop = video.rename(video.parent / "video") if video.name != "video" else video
+    if source != "side":
+        for path in (drop / "side").iterdir():
+            path.rename(drop / path.name)
+        (drop / "side").rmdir()
+    experiment = drop / "experiment.yaml"
+    experiment.write_text(experiment.read_text().replace("source: side", f"source: {source}"))
+    before = sorted(drop.parent.rglob("*"))
+    done = wentry("process", drop, "-o", drop / results, "--until", "ingest")
+    assert done.code == (4 if told else 0), done.err
+    assert told in done.err
+    if told:
+        assert done.err.endswith("choose another folder with -o\n")
+        assert sorted(drop.parent.rglob("*")) == before
+
+
 def test_a_gap_is_a_row(wentry: Command, video: Path, tmp_path: Path) -> None:
     _frames(video)[40].unlink()
     done = wentry("process", video, "-o", tmp_path / "r")

@@ -230,6 +230,13 @@ def test_the_materials_file_that_is_used_is_named(tmp_path: Path) -> None:
 def test_init_then_check(tmp_path: Path) -> None:
     done = wentry("init", "new", cwd=tmp_path)
     assert done.returncode == 0
+    made = "new: did not exist and was made, without a recording; remove it if its name was mistyped"
+    assert done.stderr.splitlines()[0] == made
+    (tmp_path / "there").mkdir()
+    assert "did not exist" not in wentry("init", "there", cwd=tmp_path).stderr
+    astray = wentry("init", "videso/run12", cwd=tmp_path)
+    assert (astray.returncode, astray.stderr) == (4, "videso: no such folder; check the name, or make it first\n")
+    assert not (tmp_path / "videso").exists()
     done = wentry("check", "new", cwd=tmp_path)
     assert done.returncode == 3
     assert "experiment.yaml:4:3: error: sphere.diameter_m: is left empty; fill it in" in done.stderr

@@ -497,7 +497,10 @@ def test_the_scaffold_needs_a_folder(tmp_path: Path) -> None:
     for folder in (tmp_path / "clip.avi", tmp_path / "clip.avi" / "below"):
         with pytest.raises(InputError, match=r"clip\.avi: is a file; give the folder that holds the recording"):
             write_scaffold(folder)
-    assert write_scaffold(tmp_path / "new" / "drop").path.is_file()
+    with pytest.raises(InputError, match=r"new: no such folder; check the name, or make it first"):
+        write_scaffold(tmp_path / "new" / "drop")
+    assert not (tmp_path / "new").exists()
+    assert write_scaffold(tmp_path / "new").path.is_file()
 
 
 @pytest.mark.parametrize(

@@ -505,7 +505,7 @@ def test_a_number_that_only_the_side_view_tells_says_that_there_is_none(campaign
     tables = {name: table for name, table in soft.tables.items() if name != "side"}
     table = drop_table(replace(campaign, drops=(replace(soft, summary=numbers, tables=tables), *campaign.drops[2:])))
     row = dict(zip(table.header, table.rows[0], strict=True))
-    assert row["U₀ (m/s)"] == "– (no side view)"
+    assert row["U₀ (m/s)"] == "– (not filmed from the side)"
     other = dict(zip(table.header, table.rows[1], strict=True))
     assert other["U₀ (m/s)"] == "5.340 ± 0.010"
 
@@ -523,9 +523,9 @@ def test_the_reason_of_a_missing_number_is_its_own(campaign: Campaign) -> None:
         found = table(replace(campaign, drops=(drop, *campaign.drops[2:])))
         row |= dict(zip(found.header, found.rows[0], strict=True))
     assert row["G∞ (kPa)"] == row["G∞/(ρ_w U₀²)"] == "– (no material)"
-    assert row["T (ms)"] == "– (clip_ended)"
-    assert row["t_p (ms)"] == "– (no_neck)"
-    assert row["U₀ (m/s)"] == "– (no_object)"
+    assert row["T (ms)"] == "– (clip ended)"
+    assert row["t_p (ms)"] == "– (no neck)"
+    assert row["U₀ (m/s)"] == "– (no object)"
 
 
 def test_a_loss_of_velocity_without_a_stiffness_is_not_called_missing(tmp_path: Path) -> None:
@@ -558,7 +558,7 @@ def test_of_drops_alike_the_example_has_the_most_measured_frames(campaign: Campa
 
 
 def test_a_dash_says_why() -> None:
-    assert or_reason("–", "clip_ended") == "– (clip_ended)"
+    assert or_reason("–", "clip_ended") == "– (clip ended)"
     assert or_reason("–", "ok") == "–"
     assert or_reason("3", "clip_ended") == "3"
 

@@ -39,7 +39,9 @@ def drawn(panel: object) -> Figure:
 def test_a_symbol_on_another_is_open_and_the_small_one_lies_on_top() -> None:
     ax = Figure().subplots()
     places = {"x": [1.0, 1.0, 1.0, 3.0], "y": [1.0, 1.01, 3.0, 3.0], "diameter_m": [0.051, 0.1, 0.051, 0.051]}
-    draw_points(ax, pd.DataFrame(places).assign(rigid=False, g_inf_pa=[1e3, 7e3, 7e3, 7e3], seal_type=""), "x", "y")
+    draw_points(
+        ax, pd.DataFrame(places).assign(rigid=False, g_inf_pa=[1e3, 7e3, 7e3, 7e3], seal_type="", doubts=""), "x", "y"
+    )
     ax.set(xlim=(0, 4), ylim=(0, 4))
     uncover(ax)
     small, large, *others = [container.lines[0] for container in ax.containers]

@@ -14,6 +14,7 @@ import pytest
 from tests.runner.conftest import EXPERIMENT
 from wentry_cli.config.campaign import Drop, read_drop
 from wentry_cli.config.corrections import read_corrections
+from wentry_cli.doubts import puts_in_doubt
 from wentry_cli.errors import InputError, LockedError, TooFewMeasurementsError
 from wentry_cli.pipeline import STAGES, Stage
 from wentry_cli.records import read_json
@@ -57,6 +58,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     identity = types.ModuleType("identity")
     identity.recording_identity = lambda path: f"sampled:{path}"  # type: ignore[attr-defined]
     identity.recording_content = lambda path: f"content:{path}"  # type: ignore[attr-defined]
+    identity.recording_files = lambda path: [path]  # type: ignore[attr-defined]
     identity.recording_bytes = lambda path: f"full:{path}"  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "wentry_cli.frames.identity", identity)
     plan_module.identity.cache_clear()
@@ -227,12 +229,14 @@ def test_warnings_stay_with_what_was_done(
     def doubtful(folder: Path, drop: Drop) -> None:
         good(folder, drop)
         for sentence in said:
-            logging.getLogger("wentry_cli.stages.ingest").warning("%s", sentence)
+            extra = puts_in_doubt("fall") if "odd" in sentence else None
+            logging.getLogger("wentry_cli.stages.ingest").warning("%s", sentence, extra=extra)
 
     monkeypatch.setattr(sys.modules["wentry_cli.stages.ingest"], "run", doubtful)
     _run(results, drop)
     record = read_json(results / "video" / "stages.json")
     assert (record["ingest"]["warnings"], record["track"]["warnings"]) == (["the fall is odd", "x"], [])
+    assert (record["ingest"]["doubts"], record["track"]["doubts"]) == (["fall"], [])
     _run(results, drop)
     assert campaign_status(results)["video"]["ingest"] == ("fresh", "warning: the fall is odd; warning: x")
     said.clear()

@@ -104,8 +104,10 @@ def test_a_file_that_is_wrong_now_is_told(made: Path, experiment: Path, wentry: 
     told = wentry("fit", made / "results")
     assert told.code == 3
     assert "did you mean kind?" in told.err
-    state, reason = campaign_status(made / "results")["small"]["summary"]
-    assert state == "stale"
+    states = campaign_status(made / "results")["small"]
+    assert states["summary"] == ("stale", "see input")
+    state, reason = states["input"]
+    assert state == "wrong"
     assert "did you mean kind?" in reason
 
 

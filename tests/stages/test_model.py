@@ -175,13 +175,13 @@ def test_a_flow_in_the_wrong_unit_is_told(tmp_path, caplog, tau0_pa, told):
     ("stiffer", "kind", "told"),
     [
         (1.0, "water_entry", ""),
-        (8.6, "water_entry", "time_ratio is 3.67, outside 0.7 to 2.5, where about 1.14 to 1.5 is expected"),
+        (8.6, "water_entry", "T_exp/T_model is 3.67, outside 0.7 to 2.5, where about 1.14 to 1.5 is expected"),
         (
             8.6,
             "surface_impact",
-            "where about 1 is expected: G∞ goes as 1/time_ratio², so that 0.074 times the g_inf_pa",
+            "where about 1 is expected: G∞ goes as its inverse square, so that 0.074 times the g_inf_pa",
         ),
-        (15.0, "water_entry", "no time_ratio (not_identified): λ does not tell it between 0.4 and 4"),
+        (15.0, "water_entry", "no T_exp/T_model: λ does not tell it between 0.4 and 4"),
     ],
 )
 def test_a_modulus_that_no_period_agrees_with_is_told(tmp_path, caplog, stiffer, kind, told):

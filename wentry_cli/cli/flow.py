@@ -63,6 +63,7 @@ class Flow:
         from wentry_cli.cli.console import reporting, show_json
         from wentry_cli.compiled import FIRST_RUN, compiles_anew
         from wentry_cli.runner.commands import finish, keep_raw_data, locked, tell_failures, work
+        from wentry_cli.runner.doubtful import warn_of_doubtful
         from wentry_cli.runner.twice import warn_of_twice
 
         keep_raw_data(campaign, self.results)  # before the lock, which makes the folder
@@ -74,8 +75,9 @@ class Flow:
                     tell_failures(campaign, report)
                 done = work(campaign, self.results, order, report)
             record = finish(campaign, self.results, order)
-            twice = [] if self.quiet else warn_of_twice(self.results, order.shown)
-        for sentence in twice:
+            told = [] if self.quiet else warn_of_twice(self.results, order.shown)
+            told += warn_of_doubtful(self.results) if order.campaign_stages and not self.quiet else []
+        for sentence in told:
             click.echo(f"warning: {sentence}", err=True)
         if self.as_json:
             show_json(record)

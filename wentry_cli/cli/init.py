@@ -19,10 +19,16 @@ from wentry_cli.cli import options as opt
     help="What the drop is: into water, onto a rigid surface, or a flight alone.",
 )
 def command(folder: Path, kind: str) -> None:
-    """Write an experiment.yaml to fill in into FOLDER; recordings that lie there are named in it."""
+    """Write an experiment.yaml to fill in into FOLDER; recordings that lie there are named in it.
+
+    A FOLDER that does not exist is made, and that is said; the one above it must exist.
+    """
     from wentry_cli.config.scaffold import HERE, write_scaffold
 
     written = write_scaffold(folder, kind)
+    if written.made:
+        told = "did not exist and was made, without a recording; remove it if its name was mistyped"
+        click.echo(f"{folder}: {told}", err=True)
     for view, source in written.sources.items():
         if source == HERE or "*" in source:
             click.echo(f"{folder}: its own images are the {view} view, source: {source}", err=True)

@@ -15,7 +15,6 @@ from wentry_cli.cli import options as opt
 @opt.options(opt.jobs, opt.only, opt.quiet)
 def command(scenes: Path, output: Path, jobs: int, only: tuple[str, ...], quiet: bool) -> None:
     """Draw the synthetic drops of the YAML file SCENES, both views, with experiment.yaml and truth/ beside them."""
-    from wentry_cli.compiled import FIRST_RUN, compiles_anew
     from wentry_cli.runner.lock import locked
     from wentry_cli.synthetic.campaign import render_campaign
     from wentry_cli.synthetic.drop_folder import refuse_recordings
@@ -27,8 +26,6 @@ def command(scenes: Path, output: Path, jobs: int, only: tuple[str, ...], quiet:
 
     load_scenes(scenes)  # before anything is written
     refuse_recordings(output)
-    if not quiet and compiles_anew(["synthetic"]):
-        click.echo(FIRST_RUN, err=True)
     with locked(output):
         names = render_campaign(scenes, output, jobs=jobs, only=only, progress=progress)
     if not quiet:

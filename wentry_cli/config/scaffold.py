@@ -45,23 +45,28 @@ TOP = """\
 class Scaffold:
     """What was written: the file, the source of each view, whether one asks for its frame rate.
 
-    ``not_named`` are the recordings there that the file does not name.
+    ``not_named`` are the recordings there that the file does not name; ``made`` tells whether the folder is new.
     """
 
     path: Path
     sources: dict[str, str]
     asks_fps: bool
     not_named: tuple[str, ...]
+    made: bool
 
 
 def write_scaffold(folder: Path, kind: str = "water_entry") -> Scaffold:
     """Write ``experiment.yaml`` for a drop of ``kind`` into ``folder``.
 
-    Raises ``InputError`` if there is one already, or where ``folder`` is a file or cannot be made.
+    A folder that does not exist is made beside what does. Raises ``InputError`` if there is such a file already, or
+    where ``folder`` is a file or cannot be made.
     """
     for part in (folder, *folder.parents):
         if part.exists() and not part.is_dir():
             raise InputError(f"{part}: is a file; give the folder that holds the recording, or one to make")
+    if not folder.absolute().parent.exists():
+        raise InputError(f"{folder.parent}: no such folder; check the name, or make it first")
+    made = not folder.exists()
     path = folder / EXPERIMENT
     if path.exists():
         raise InputError(f"{path}: stands already; edit it, or remove it to start anew")
@@ -80,7 +85,7 @@ def write_scaffold(folder: Path, kind: str = "water_entry") -> Scaffold:
     falls = "" if kind == "free_flight" else FALLS
     write_text(path, TEMPLATE.format(kind=kind, falls=falls, views=views))
     left = tuple(name for name in found if name not in named.values())
-    return Scaffold(path, sources, not all(map(_knows_rate, sources.values())), left)
+    return Scaffold(path, sources, not all(map(_knows_rate, sources.values())), left, made)
 
 
 def _recordings(folder: Path) -> list[str]:

@@ -42,7 +42,7 @@ def doubt_of_ratio(ratio: float, expected: tuple[float, float]) -> str:
     usual = f"about {least:g}" if least == most else f"about {least:g} to {most:g}"
     needed = least * most / ratio**2
     return (
-        f"time_ratio is {ratio:.3g}, outside {low:g} to {high:g}, where {usual} is expected: G∞ goes as 1/time_ratio², "
-        f"so that {needed:.2g} times the g_inf_pa given would explain it; check g_inf_pa (Pa) and its calibration, "
-        "sphere.diameter_m and fps"
+        f"T_exp/T_model is {ratio:.3g}, outside {low:g} to {high:g}, where {usual} is expected: G∞ goes as its "
+        f"inverse square, so that {needed:.2g} times the g_inf_pa given would explain it; check g_inf_pa "
+        "(Pa) and its calibration, sphere.diameter_m and fps"
     )

@@ -101,6 +101,11 @@ class Campaign:
         return [drop for drop in self.drops if drop.kind == kind]
 
 
+def doubts_of(drops: Iterable[DropResults]) -> str:
+    """The drops whose measurements contradict what was told, and in what: ``a (fall before impact)``; else empty."""
+    return ", ".join(f"{drop.name} ({drop.text('doubts')})" for drop in drops if drop.text("doubts"))
+
+
 def as_number(value: Any) -> float:
     """Turn a cell into a float, NaN where it is empty or no number."""
     try:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 import pandas as pd
 
-from wentry_cli.report.campaign import DropResults
+from wentry_cli.report.campaign import DropResults, doubts_of
 
 Curve = tuple[np.ndarray, np.ndarray, np.ndarray]  # abscissa, value, standard uncertainty or spread
 
@@ -69,6 +69,7 @@ def _identity(drops: list[DropResults]) -> dict[str, object]:
         "g_inf_pa": first.number("g_inf_pa"),
         "diameter_m": first.number("diameter_m"),
         "seal_type": first.seal,
+        "doubts": doubts_of(drops),
     }
 
 

@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 
-from wentry_cli.report.campaign import Campaign
+from wentry_cli.report.campaign import Campaign, doubts_of
 from wentry_cli.report.curves import conditions, mean_curve, measured
 from wentry_cli.report.legends import EDGE, legend_above, size_handles, stiffness_handles
 from wentry_cli.report.numbers import with_uncertainty
@@ -53,6 +53,9 @@ def force_coefficients(campaign: Campaign) -> Panel | NotDrawn:
         "The table behind the panel also has the hydrodynamic coefficient, with weight and buoyancy taken out."
     )
     caption += _extremes(data) + _cut(data)
+    shown = {name for names in data["drop"] for name in names.split(" + ")}
+    doubts = doubts_of(drop for drop in campaign.drops if drop.name in shown)
+    caption += f" In doubt: {doubts}." if doubts else ""
     return Panel("8", "fig_8_force_coefficient", TITLE, caption, data, draw, size=PANEL_SIZE)
 
 

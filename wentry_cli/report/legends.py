@@ -14,7 +14,7 @@ from matplotlib.axis import Axis
 from matplotlib.container import ErrorbarContainer
 from matplotlib.lines import Line2D
 from matplotlib.textpath import TextPath
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter, NullLocator
 
 from wentry_cli.report.numbers import true_minus
 from wentry_cli.report.style import (
@@ -33,6 +33,8 @@ SEAL_MARKS = {"sphere_seal": ("D", "sphere seal"), "surface_seal": ("s", "surfac
 EDGE: Look = {"markeredgecolor": "#222222", "markeredgewidth": 0.5}
 LETTERS_PT = 6.4  # size of the letters of a legend above the axes
 HANDLE = 2.0  # length of its lines, in letters
+DOUBT: Look = {"linestyle": "", "marker": "x", "markersize": 9.0, "markeredgewidth": 1.0, "color": "#C00000"}
+TICKS, FEWEST_TICKS = ((1.0,), (1.0, 2.0, 5.0), (1.0, 2.0, 3.0, 5.0), (1.0, 2.0, 3.0, 4.0, 6.0, 8.0)), 3
 COVERED = 0.7  # of the sum of two radii: nearer than that, one symbol hides the other
 ON_ANOTHER = " A symbol that lies on another is open."
 GAP = 1.0  # between its columns, in letters
@@ -82,7 +84,28 @@ def point_handles(points: pd.DataFrame) -> list[Line2D]:
         if bool((points["seal_type"] == seal).any()):
             look: Look = {"linestyle": "", "marker": mark, "markersize": 4.5, "color": "#222222", "mfc": "none"}
             handles.append(Line2D([], [], label=label, **look))
-    return handles
+    return [*handles, *doubt_handles(points)]
+
+
+def doubt_handles(points: pd.DataFrame) -> list[Line2D]:
+    """The entry of ``mark_doubts``, only where there is something to mark."""
+    return [Line2D([], [], label="in doubt", **DOUBT)] if bool(_doubtful(points).any()) else []
+
+
+def mark_doubts(ax: Axes, points: pd.DataFrame, x: str, y: str) -> None:
+    """Put a red cross on each point of a drop that was measured otherwise than it was told (column ``doubts``)."""
+    found = points[_doubtful(points)]
+    ax.plot(found[x], found[y], zorder=6, **DOUBT)
+
+
+def crossed(points: pd.DataFrame) -> str:
+    """The sentence of a caption that names the drops that ``mark_doubts`` marks; empty without one."""
+    named = points.loc[_doubtful(points), "doubts"].unique()
+    return f" Crossed, in doubt: {', '.join(named)}." if len(named) else ""
+
+
+def _doubtful(points: pd.DataFrame) -> pd.Series[bool]:
+    return points["doubts"].fillna("") != ""
 
 
 def stiffness_handles(data: pd.DataFrame, line: bool = False) -> list[Line2D]:
@@ -123,7 +146,7 @@ def span_of(low: float, high: float) -> str:
 
 
 def draw_points(ax: Axes, data: pd.DataFrame, x: str, y: str) -> None:
-    """Draw rows as symbols with error bars: grey by stiffness, blue for rigid, size by diameter.
+    """Draw rows as symbols with error bars: grey by stiffness, blue for rigid, size by diameter; doubts crossed.
 
     A drop that seals at the sphere is a diamond, one that seals at the surface a square. ``<x>_unc`` and ``<y>_unc``
     are the error bars where they exist.
@@ -146,6 +169,7 @@ def draw_points(ax: Axes, data: pd.DataFrame, x: str, y: str) -> None:
             zorder=4,
             **EDGE,
         )
+    mark_doubts(ax, data, x, y)
 
 
 def uncover(ax: Axes) -> None:
@@ -177,9 +201,19 @@ def clear_limits(ax: Axes, x: Iterable[float], y: Iterable[float], pad: float = 
 
 
 def plain_decades(axis: Axis) -> None:
-    """Label a logarithmic axis with plain numbers: powers of ten, and 2 and 5 times them where there are few."""
+    """Label a logarithmic axis with plain numbers: powers of ten, where they are few more digits, then even steps.
+
+    Call it with the limits set.
+    """
     low, high = axis.get_view_interval()
-    subs = (1.0,) if high / low > 300.0 else (1.0, 2.0, 5.0)
-    axis.set_major_locator(LogLocator(base=10.0, subs=subs))
+    decades = 10.0 ** np.arange(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    for digits in TICKS:
+        ticks = np.outer(decades, digits).ravel()
+        if np.count_nonzero((ticks >= low) & (ticks <= high)) >= FEWEST_TICKS:
+            axis.set_major_locator(LogLocator(base=10.0, subs=digits))
+            break
+    else:
+        axis.set_major_locator(MaxNLocator(nbins=5, steps=[1, 2, 5, 10]))
+        axis.set_minor_locator(NullLocator())
     axis.set_major_formatter(FuncFormatter(lambda value, _: true_minus(f"{value:g}")))
     axis.set_minor_formatter(NullFormatter())

@@ -50,5 +50,5 @@ def _short(value: float, digits: int) -> str:
 
 
 def or_reason(text: str, reason: str) -> str:
-    """Add the reason in brackets to a dash: ``– (clip_ended)``."""
-    return f"{DASH} ({reason})" if text == DASH and reason and reason != "ok" else text
+    """Add the reason, a word of the tables or a phrase, in brackets to a dash: ``– (clip ended)``."""
+    return f"{DASH} ({reason.replace('_', ' ')})" if text == DASH and reason and reason != "ok" else text

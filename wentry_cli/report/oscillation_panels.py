@@ -18,8 +18,11 @@ from wentry_cli.report.legends import (
     EDGE,
     ON_ANOTHER,
     clear_limits,
+    crossed,
+    doubt_handles,
     draw_points,
     legend_above,
+    mark_doubts,
     plain_decades,
     point_handles,
     size_handles,
@@ -57,7 +60,7 @@ PERIOD_LINES: dict[int, Look] = {  # of the model's peaks N; blue is for rigid s
     4: {"color": PURPLE, "linestyle": (0, (2, 1.2))},
     5: {"color": ORANGE, "linestyle": (0, (1, 1))},
 }
-IDENTITY = ["series", "drop", "repeats", "rigid", "g_inf_pa", "diameter_m", "seal_type"]
+IDENTITY = ["series", "drop", "repeats", "rigid", "g_inf_pa", "diameter_m", "seal_type", "doubts"]
 
 
 def oscillation_period(campaign: Campaign) -> Panel | NotDrawn:
@@ -104,7 +107,7 @@ def oscillation_period(campaign: Campaign) -> Panel | NotDrawn:
         f"Bands, small oscillations: sphere in air {PERIOD_IN_AIR[0]:.2f} (G∞ + G_T, ellipsoid) to "
         f"{PERIOD_IN_AIR[1]:.2f} "
         f"(G∞, exact n = 2 mode); loaded by water {PERIOD_IN_WATER[0]:.2f} (half wetted, ellipsoid; an estimate) to "
-        f"{PERIOD_IN_WATER[1]:.2f} (wetted all round, exact).{ON_ANOTHER}"
+        f"{PERIOD_IN_WATER[1]:.2f} (wetted all round, exact).{ON_ANOTHER}{crossed(points)}"
     )
     return Panel("4b", "fig_4b_period", title, caption, data, draw)
 
@@ -188,6 +191,7 @@ def stretch_peaks(campaign: Campaign) -> Panel | NotDrawn:
                 row["stiffness_ratio"], row["stretch_peak"], yerr=row["stretch_peak_unc"], fmt="o", elinewidth=0.8,
                 color=_period_color(row["period"]), markersize=marker_size(row["diameter_m"]), zorder=4, **EDGE,
             )  # fmt: skip
+        mark_doubts(ax, data[data["series"] == "experiment"], "stiffness_ratio", "stretch_peak")
         ax.set(xlabel=r"$G_\infty/\rho_w U_0^2$", ylabel=r"$\lambda_{pN}$")
         clear_limits(ax, data["stiffness_ratio"], [1.0, *data["stretch_peak"]])
         ax.axhline(1.0, color=GREY, linewidth=0.6, zorder=0)  # a single point has no limits of its own to draw it in
@@ -198,7 +202,7 @@ def stretch_peaks(campaign: Campaign) -> Panel | NotDrawn:
         "Greatest stretch λ_pN of period N, a colour each. Symbols: experiment; lines, of one material each, or dashes "
         "where it has one drop: model, which starts from the measured first peak, so that it predicts from N = 2 on. "
         "Thin lines and small symbols: small spheres; thick and large: large spheres. Bars: standard uncertainty, of "
-        "repeated drops the spread."
+        f"repeated drops the spread.{crossed(data)}"
     )
     return Panel("4c", "fig_4c_stretch_peaks", title, caption, data, draw)
 
@@ -248,7 +252,7 @@ def _peak_legend(data: pd.DataFrame) -> list[Line2D]:
         handles.append(Line2D([], [], linewidth=1.2, label=f"$N$ = {n}", **look))
     if lines - {1}:
         handles.append(Line2D([], [], linewidth=1.2, label="lines: model", **PERIOD_LINES[2]))
-    return [*handles, *size_handles(data)]
+    return [*handles, *size_handles(data), *doubt_handles(data)]
 
 
 def stretch_model(campaign: Campaign) -> Panel | NotDrawn:

@@ -56,6 +56,7 @@ def write_page(content: Content) -> str:
         drops=[
             {
                 "name": drop.name,
+                "doubts": drop.text("doubts"),
                 "figures": [_shown(drawn) for drawn in content.details if drawn.panel.drop == drop.name],
             }
             for drop in campaign.drops
@@ -63,6 +64,8 @@ def write_page(content: Content) -> str:
         details=content.details,
         missing=content.missing,
         drop_table=tabulation.drop_table(campaign),
+        check_table=tabulation.check_table(campaign),
+        check_note=tabulation.check_note(campaign),
         entry_table=tabulation.entry_table(campaign),
         flight_table=tabulation.flight_table(campaign),
         regressions=regressions.regression_table(campaign),

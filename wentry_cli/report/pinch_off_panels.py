@@ -15,12 +15,12 @@ from matplotlib.patches import Patch
 from wentry_cli.report.campaign import Campaign, DropResults
 from wentry_cli.report.curves import grouped_points
 from wentry_cli.report.fits import fit_rows, slope_text
-from wentry_cli.report.legends import ON_ANOTHER, draw_points, legend_above, point_handles, uncover
+from wentry_cli.report.legends import ON_ANOTHER, crossed, draw_points, legend_above, point_handles, uncover
 from wentry_cli.report.panel import NotDrawn, Panel, rows
 from wentry_cli.report.style import BLACK, GREEN, QUOTED
 from wentry_cli.report.theory import PAPER_PINCH_OFF, PUBLISHED_BETA, published_pinch_off_band, ring_model_pinch_off
 
-COLUMNS = ["series", "drop", "repeats", "rigid", "g_inf_pa", "diameter_m", "seal_type"]
+COLUMNS = ["series", "drop", "repeats", "rigid", "g_inf_pa", "diameter_m", "seal_type", "doubts"]
 
 
 def pinch_off_diameter(campaign: Campaign) -> Panel | NotDrawn:
@@ -53,7 +53,7 @@ def pinch_off_diameter(campaign: Campaign) -> Panel | NotDrawn:
         "computed by this program (each ring born at radius D/2 with speed U₀/2, no deceleration, t from first "
         "contact), and the band of published prefactors "
         f"t_p √(g/R) = {PUBLISHED_BETA[0]} to {PUBLISHED_BETA[1]}. Bars: standard uncertainty, of repeated drops the "
-        f"spread.{ON_ANOTHER}"
+        f"spread.{ON_ANOTHER}{crossed(points)}"
     )
     return Panel("6a", "fig_6a_pinch_off_d", title, caption, data, draw)
 
@@ -95,7 +95,7 @@ def pinch_off_effective(campaign: Campaign) -> Panel | NotDrawn:
         f"{slope_text(campaign.relation('pinch_off_deff'))}; with an intercept: "
         f"{slope_text(campaign.relation('pinch_off_deff_intercept'))}. Dotted: the paper's slope {PAPER_PINCH_OFF}. "
         "Drops "
-        "that seal at the sphere have no D_eff and are not in the fit."
+        f"that seal at the sphere have no D_eff and are not in the fit.{crossed(points)}"
     )
     return Panel("6b", "fig_6b_pinch_off_deff", title, caption, data, draw)
 

@@ -49,8 +49,10 @@ def title_lines(content: Content) -> list[Line]:
 def number_lines(content: Content) -> Iterator[Line]:
     """Drops, regressions and materials, as far as there are any."""
     campaign = content.campaign
+    checks = tabulation.check_table(campaign)
     for title, table in (
         ("Drops: value ± standard uncertainty (k = 1); a dash is not measured", tabulation.drop_table(campaign)),
+        ("What was told of the drops, and what was measured", checks),
         ("Pinch-off and loss of velocity", tabulation.entry_table(campaign)),
         ("Free flight: velocity in the middle of the clip, acceleration", tabulation.flight_table(campaign)),
         ("Regressions", regressions.regression_table(campaign)),
@@ -58,6 +60,8 @@ def number_lines(content: Content) -> Iterator[Line]:
         ("Materials, used by the model", tabulation.material_table(campaign.table_1)),
     ):
         yield from _titled(title, table)
+        if table is checks and table.rows:
+            yield from _wrapped(tabulation.check_note(campaign))
 
 
 def closing_lines(content: Content) -> Iterator[Line]:

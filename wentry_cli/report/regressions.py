@@ -13,7 +13,7 @@ from wentry_cli.report.tabulation import TextTable
 
 HEADER = (
     "relation", "y on x", "slope", "95 % interval", "dof", "intercept", "exponent", "R²", "scatter",
-    "drops / conditions / spheres", "paper", "left out",
+    "drops / conditions / spheres", "paper", "left out", "in doubt",
 )  # fmt: skip
 RELATIONS = {
     "period_exp": "period, measured",
@@ -46,7 +46,9 @@ def regression_table(campaign: Campaign) -> TextTable:
         known = math.isfinite(as_number(row["slope"])) or as_number(row["n"]) > 0
         if known or as_text(row["left_out"]):
             rows.append(_cells({str(name): value for name, value in row.items()}))
-    return TextTable(HEADER, tuple(rows))
+    doubts = any(row[-1] != DASH for row in rows)  # a column of its own only where it is needed
+    shown = len(HEADER) if doubts else len(HEADER) - 1
+    return TextTable(HEADER[:shown], tuple(row[:shown] for row in rows))
 
 
 def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
@@ -71,7 +73,14 @@ def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
         " / ".join(counts),
         with_uncertainty(number["paper_value"]),
         as_text(row["left_out"]) or DASH,
+        _in_doubt(row),
     )
+
+
+def _in_doubt(row: Mapping[str, Any]) -> str:
+    """``2 of 5: a (scale), b (fall before impact)``: the drops that take part though their numbers are in doubt."""
+    named = [one for one in as_text(row.get("doubtful")).split("; ") if one]
+    return f"{len(named)} of {as_number(row['n']):.0f}: {'; '.join(named)}" if named else DASH
 
 
 def _interval(number: Mapping[str, float], name: str) -> str:

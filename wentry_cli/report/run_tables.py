@@ -136,8 +136,8 @@ def _taken(drop: DropResults, view: str, configured: Mapping[str, Any]) -> tuple
         with_uncertainty(number["fps"], digits=6),
         with_uncertainty(1e6 * number["exposure_s"]),
         *scales,
-        as_text(row.get("fps_source")) or DASH,
-        as_text(row.get("scale_source")) or DASH,
+        as_text(row.get("fps_source")).replace("_", " ") or DASH,
+        as_text(row.get("scale_source")).replace("_", " ") or DASH,
     )
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 
 from wentry_cli.report.campaign import Campaign, DropResults, as_number, as_text
-from wentry_cli.report.numbers import DASH, or_reason, with_uncertainty
+from wentry_cli.report.numbers import DASH, MINUS, fixed, or_reason, with_uncertainty
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,16 @@ def _frames(drop: DropResults) -> str:
     return " / ".join(with_uncertainty(count) for count in counts)
 
 
+def _plain(column: str) -> Callable[[DropResults], str]:
+    return lambda drop: with_uncertainty(drop.number(column), drop.number(f"{column}_unc"))
+
+
+def _off_told(drop: DropResults) -> str:
+    """How far the measured impact speed is off that of the height, or off the one that was given."""
+    off = fixed(100.0 * (drop.number("impact_speed_m_s") / drop.number("speed_from_height_m_s") - 1.0), 1)
+    return DASH if off == "nan" else f"{'' if off.startswith(MINUS) or off == '0.0' else '+'}{off} %"
+
+
 Columns = dict[str, Callable[[DropResults], str]]
 
 DROP_COLUMNS: Columns = {
@@ -51,7 +61,18 @@ DROP_COLUMNS: Columns = {
     "T (ms)": _cell("period_s", 1e3),
     "λ_p1": _cell("stretch_peak_1"),
     "frames": _frames,
-    "status": lambda drop: drop.text("status") or "not finished",
+    "status": lambda drop: (
+        (drop.text("status").replace("_", " ") or "not finished") + (", in doubt" if drop.text("doubts") else "")
+    ),
+}
+STRETCH_OF = {"kinematics": "measured", "kinematics_model": "model"}
+CHECK_COLUMNS: Columns = {
+    "drop": lambda drop: drop.name,
+    "U₀ (m/s)": _cell("impact_speed_m_s"),
+    "by the drop (m/s)": _plain("speed_from_height_m_s"),
+    "U₀ off it": _off_told,
+    "a in air (m/s²)": _plain("fall_acceleration_m_s2"),
+    "in doubt": lambda drop: drop.text("doubts") or DASH,
 }
 FLIGHT_COLUMNS: Columns = {
     "drop": lambda drop: drop.name,
@@ -69,7 +90,7 @@ ENTRY_COLUMNS: Columns = {
     "t_p U₀/D_eff": _cell("tp_u0_over_deff", digits=3),
     "U₁ (m/s)": _cell("speed_after_period_m_s"),
     "ΔU/U₀": _cell("delta_u_over_u0", digits=3),
-    "velocity from": _word("velocity_source"),
+    "λ of velocities": lambda drop: DASH if drop.rigid else STRETCH_OF.get(drop.text("velocity_source"), DASH),
 }
 WATER_ONLY = {"froude", "stiffness_ratio"}
 EFFECTIVE = {"diameter_eff_m", "tp_u0_over_deff"}
@@ -92,7 +113,7 @@ def _reason(drop: DropResults, column: str) -> str:
     if column in OF_MATERIAL and not math.isfinite(drop.number("g_inf_pa")):
         return "no material"
     if column in SIDE_ONLY and drop.kind == "water_entry" and drop.table("side").empty:
-        return "no side view"
+        return "not filmed from the side"
     if drop.kind == "free_flight" or drop.text("status") in {"", "too_few"}:
         return drop.text("status")
     if column in PINCH_OFF:
@@ -115,6 +136,28 @@ def _why_no_pinch_off(drop: DropResults, column: str) -> str:
 def drop_table(campaign: Campaign) -> TextTable:
     """What each drop is and how its sphere oscillates, with uncertainties; columns that no drop fills are left out."""
     return _filled(DROP_COLUMNS, list(campaign.drops))
+
+
+def check_table(campaign: Campaign) -> TextTable:
+    """What was told of each drop beside what was measured; empty where there is nothing to compare."""
+    table = _filled(CHECK_COLUMNS, list(campaign.drops))
+    return table if {*table.header} - {"drop", "U₀ (m/s)"} else TextTable((), ())
+
+
+def check_note(campaign: Campaign) -> str:
+    """What the columns of ``check_table`` are."""
+    parts = []
+    speeds = [(drop.number("speed_taken_by_air_m_s"), drop.number("speed_from_height_m_s")) for drop in campaign.drops]
+    if any(math.isfinite(told) for _, told in speeds):
+        shares = [100.0 * air / told for air, told in speeds if math.isfinite(air / told)]
+        air = f", of which the air takes {fixed(max(shares), 1)} % at most" if shares else ""
+        parts.append(f"By the drop: √(2gh) of the height that was given{air}, or the speed that was.")
+    if any(math.isfinite(drop.number("fall_acceleration_m_s2")) for drop in campaign.drops):
+        parts.append(
+            "The acceleration before impact, a in air, is that of gravity less the drag of the air where the scales of "
+            "length and time are right."
+        )
+    return " ".join(parts)
 
 
 def entry_table(campaign: Campaign) -> TextTable:

@@ -12,12 +12,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 
-from wentry_cli.report.campaign import Campaign, DropResults, as_number
+from wentry_cli.report.campaign import Campaign, DropResults, as_number, doubts_of
 from wentry_cli.report.curves import Curve, conditions, grouped_points, mean_curve, measured
 from wentry_cli.report.fits import exponent_text
 from wentry_cli.report.legends import (
     ON_ANOTHER,
     clear_limits,
+    crossed,
     draw_points,
     legend_above,
     plain_decades,
@@ -99,6 +100,7 @@ def _velocity_panel(key: str, drops: list[DropResults]) -> Panel:
         "blue: rigid; thick: large. Vertical lines: end of the first period. Bands: standard uncertainty, of "
         "repeated drops the spread; nothing is drawn where it exceeds U₀."
     )
+    caption += f" In doubt: {doubts}." if (doubts := doubts_of(drops)) else ""
     title = f"{TITLE}, {span} m/s"
     return Panel(key, f"fig_{key}_velocity", title, caption, data, partial(_draw_velocity, data=data))
 
@@ -161,7 +163,7 @@ def velocity_change(campaign: Campaign) -> Panel | NotDrawn:
         unknown = "no deformable drop with a velocity after its first period has a material, whose stiffness is known"
         return NotDrawn("7d", title, unknown if lost else "no deformable drop has a velocity after its first period")
     points = rows([{**row, "series": "experiment"} for row in found],
-                  ["series", "drop", "repeats", "rigid", "g_inf_pa", "diameter_m", "seal_type",
+                  ["series", "drop", "repeats", "rigid", "g_inf_pa", "diameter_m", "seal_type", "doubts",
                    "stiffness_ratio", "delta_u_over_u0", "delta_u_over_u0_unc"])  # fmt: skip
     x = np.geomspace(
         0.5 * min(points["stiffness_ratio"].min(), 0.1), 2.0 * max(points["stiffness_ratio"].max(), 2.0), 60
@@ -190,7 +192,7 @@ def velocity_change(campaign: Campaign) -> Panel | NotDrawn:
         f"{PAPER_STRETCH_RANGE[1]} to {PAPER_STRETCH_RANGE[0]} (the paper states {PAPER_PREFACTOR[0]} to "
         f"{PAPER_PREFACTOR[1]}); "
         f"dotted: ΔU = U₀ and the ratio {PAPER_STIFFNESS_LIMIT} above which the law is expected. Own fit above it: "
-        f"{exponent_text(relation)}.{ON_ANOTHER}"
+        f"{exponent_text(relation)}.{ON_ANOTHER}{crossed(points)}"
     )
     return Panel("7d", "fig_7d_velocity_change", title, caption, data, draw)
 

@@ -16,6 +16,7 @@ from wentry_cli.errors import InputError, WentryError
 from wentry_cli.pipeline import CampaignStage, Stage
 from wentry_cli.provenance import digest_of, digest_of_file, environment, peak_memory_mb
 from wentry_cli.records import RUN, read_json, read_stages
+from wentry_cli.runner.doubtful import warn_of_doubtful
 from wentry_cli.runner.drop import Event, Report, keep_traceback, sweep
 from wentry_cli.runner.plan import INTERRUPTED, UNCHANGED, Choice, Step, first_change, identity, not_complete
 from wentry_cli.runner.record import note_stage
@@ -200,7 +201,8 @@ def _run(members: Members, stage: CampaignStage, report: Report) -> float:
     seconds = time.perf_counter() - started
     entry = {"fingerprint": marks, "outputs": _written(results, stage), "seconds": round(seconds, 3)}
     if not stage.shows_all:  # what counts drops says which of them are one
-        entry["warnings"] = warn_of_twice(results, tuple(drop.name for drop in members.of(stage)))
+        twice = warn_of_twice(results, tuple(drop.name for drop in members.of(stage)))
+        entry["warnings"] = [*twice, *warn_of_doubtful(results)]
     note_stage(results, stage.name, entry | {"peak_memory_mb": peak_memory_mb()})
     return seconds
 

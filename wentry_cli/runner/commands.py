@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from wentry_cli.config.campaign import Drop, find_drops, missing_sources, read_drop
+from wentry_cli.config.campaign import EXPERIMENT, Drop, find_drops, missing_sources, read_drop
 from wentry_cli.config.inheritance import find_materials, find_shared, notes_of
 from wentry_cli.config.places import Document, Place, followed, read_value
 from wentry_cli.errors import CampaignError, ConfigurationError, InputError, WentryError
@@ -103,12 +103,27 @@ def read_campaign(video_dir: Path, settings: tuple[str, ...] = (), only: tuple[s
 
 
 def keep_raw_data(campaign: Campaign, results: Path) -> None:
-    """Raise ``InputError`` where ``results`` would lie among the frames of a recording."""
+    """Raise ``InputError`` where ``results``, or what a drop writes there, would lie among frames of a recording.
+
+    Nor may the tables of a drop lie beside its ``experiment.yaml``, as where ``results`` is the campaign itself.
+    """
     for drop in campaign.drops:
+        tables = followed(results / drop.name)
+        if tables == followed(drop.folder):
+            told = f"the tables of {drop.name} would lie beside its {EXPERIMENT}"
+            raise InputError(f"{results}: {told}; choose another folder with -o")
         for view in drop.experiment.sides:
-            source, written = followed(drop.source_path(view)), followed(results)
-            if source.is_dir() and written.is_relative_to(source):
-                raise InputError(f"{results}: lies among the frames of {source}; choose another folder with -o")
+            frames = _folder_of_frames(drop, view)
+            if frames is not None and any(path.is_relative_to(frames) for path in (followed(results), tables)):
+                raise InputError(f"{results}: lies among the frames of {frames}; choose another folder with -o")
+
+
+def _folder_of_frames(drop: Drop, view: str) -> Path | None:
+    """The folder that holds the images of a view, itself named or by a pattern; ``None`` where a file holds them."""
+    source = drop.source_path(view)
+    if set(source.name) & set("*?["):
+        source = source.parent
+    return followed(source) if source.is_dir() else None
 
 
 def work(campaign: Campaign, results: Path, order: Order, report: Report) -> list[Step[CampaignStage]]:

@@ -135,11 +135,11 @@ def _run_stage(folder: Path, drop: Drop, stage: Stage, verify: bool, report: Rep
     note_stage(folder, stage.name, {"error": INTERRUPTED})
     progress.listen(lambda done, total: report(Event(drop.name, stage.name, "tick", "", done, total)))
     started = time.perf_counter()
-    with hear_warnings(drop.name) as warnings:
+    with hear_warnings(drop.name) as heard:
 
         def note(error: WentryError | None) -> float:
             seconds = time.perf_counter() - started
-            told = {"seconds": round(seconds, 3), "warnings": warnings}
+            told = {"seconds": round(seconds, 3), "warnings": heard.warnings, "doubts": heard.doubts}
             note_stage(folder, stage.name, _entry(folder, stage, marks, error) | told)
             return seconds
 

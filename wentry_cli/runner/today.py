@@ -27,6 +27,17 @@ def as_configured_today(results: Path, drop: Drop) -> Drop:
     return read_drop(drop.name, drop.folder, overrides, drop.top)
 
 
+def look_at_input(drop: Drop) -> None:
+    """Raise ``InputError`` with every recording of ``drop`` of which a file is missing; nothing is read."""
+    from wentry_cli.frames.identity import recording_files
+
+    problems = Gathered()
+    for view in drop.experiment.sides:
+        with problems.part():
+            recording_files(drop.existing_source(view))
+    problems.complain()
+
+
 def to_fit(results: Path, only: tuple[str, ...] = ()) -> Campaign:
     """The drops of ``processed`` as they are configured today.
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.doubts import puts_in_doubt
 from wentry_cli.kinematics.ballistic import fit_parabola
 from wentry_cli.kinematics.centre import below_ellipsoid, early_shape_time, early_shape_time_from_period
 from wentry_cli.kinematics.entry import EntryMotion, fall_before_impact, solve_entry_motion
@@ -136,6 +137,7 @@ def _tell_of_fall(drop: Drop, fall: Fall | None) -> None:
     logger.warning(
         "%s: before impact the sphere falls with %.2g ± %.1g m/s², not with gravity_m_s2 = %.3g: %s",
         drop.name, fall.acceleration, fall.unc, drop.experiment.gravity_m_s2, told,
+        extra=puts_in_doubt("fall before impact"),
     )  # fmt: skip
 
 

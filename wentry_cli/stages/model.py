@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.config import campaign
+from wentry_cli.doubts import puts_in_doubt
 from wentry_cli.errors import ConfigurationError
 from wentry_cli.kinematics.centre import early_shape_time
 from wentry_cli.mechanics.bergstrom_boyce import Material
@@ -46,12 +47,13 @@ def run(folder: Path, drop: campaign.Drop) -> None:
         return
     material = sphere_material(drop)
     if doubt := doubt_of_flow(material):
-        logger.warning("%s: sphere.material %s: %s", drop.name, drop.experiment.sphere.material, doubt)
+        told = f"sphere.material {drop.experiment.sphere.material}: {doubt}"
+        logger.warning("%s: %s", drop.name, told, extra=puts_in_doubt("flow of the material"))
     stretch, periods = read_table(folder, "stretch"), read_table(folder, "periods")
     fit = _fit(material, stretch, periods)
     first = first_peak(periods)
     if doubt := _doubt_of_scaling(drop, fit, first):
-        logger.warning("%s: %s", drop.name, doubt)
+        logger.warning("%s: %s", drop.name, doubt, extra=puts_in_doubt("stiffness of the material"))
     write_table(folder, "model_fit", _fit_table(fit, first, material, stretch, _doubt_of_period(drop)))
     write_table(folder, "model", _model_table(fit, first, material, stretch))
     if drop.experiment.kind == "water_entry" and has_table(folder, "kinematics"):
@@ -137,7 +139,7 @@ def _doubt_of_scaling(drop: campaign.Drop, fit: TimeScaling, first: FirstPeak) -
         periods += f", the measured one {1e3 * first.period.value:.3g} ms"
     why = "λ does not tell it" if fit.status == "not_identified" else "too little of λ was measured"
     return (
-        f"no time_ratio ({fit.status}): {why} between {RATIO_RANGE[0]:g} and {RATIO_RANGE[1]:g}, so the model is not "
+        f"no T_exp/T_model: {why} between {RATIO_RANGE[0]:g} and {RATIO_RANGE[1]:g}, so the model is not "
         f"scaled in time; {periods}: check g_inf_pa (Pa) and its calibration, sphere.diameter_m and fps"
     )
 

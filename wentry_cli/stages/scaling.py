@@ -61,17 +61,21 @@ def scaling_table(summary: pd.DataFrame) -> pd.DataFrame:
     """Return ``scaling.csv`` of a campaign from its ``summary.csv``."""
     values, reasons = _values(summary), _reasons(summary)
     names = summary["drop"].to_numpy(dtype=str)
+    doubts = summary["doubts"].fillna("").str.replace("; ", " and ").to_numpy(dtype=str)
     spheres, conditions = _labels(summary)
     rows = []
     for relation in (*LINES, LOSS):
         x, y = values[relation.x], values[relation.y]
         known = np.isfinite(x) & np.isfinite(y)
         why = reasons[relation.y]
-        out = "; ".join(f"{names[i]}: {why[i]}" for i in np.flatnonzero(~known) if why[i])
+        notes = {
+            "left_out": "; ".join(f"{names[i]}: {why[i]}" for i in np.flatnonzero(~known) if why[i]) or None,
+            "doubtful": "; ".join(f"{names[i]}: {doubts[i]}" for i in np.flatnonzero(known) if doubts[i]) or None,
+        }
         for intercept in (False,) if relation.power_law else (False, True):
             points = Points(x, y, spheres, conditions)
             found = fit_power_law(points) if relation.power_law else fit_line(points, intercept=intercept)
-            rows.append(_row(relation, found, "_intercept" if intercept else "") | {"left_out": out or None})
+            rows.append(_row(relation, found, "_intercept" if intercept else "") | notes)
     return new_table("scaling", {name: [row[name] for row in rows] for name in rows[0]})
 
 
@@ -125,19 +129,19 @@ def _reasons(summary: pd.DataFrame) -> dict[str, NDArray[np.object_]]:
     with status ok whose value is empty was not asked for it.
     """
     entry, soft, other = _flags(summary)
-    status = summary["status"].fillna("").replace("ok", "").to_numpy(dtype=object)
+    status = _spoken(summary["status"].replace("ok", ""))
     missing = {
         name: ~np.isfinite(column(summary, name))
         for name in ("g_inf_pa", "density_kg_m3", "t_p_s", "period_s", "impact_speed_m_s")
     }
-    of_pinch_off = missing["t_p_s"] & (status != "") & (status != "too_few")
+    of_pinch_off = missing["t_p_s"] & (status != "") & (status != "too few")
     later = np.where(of_pinch_off, "not measured", status)
     stiffness = {"no material": missing["g_inf_pa"], "no density": missing["density_kg_m3"]}
-    seal = np.where(other, summary["seal_type"].fillna("").to_numpy(dtype=object), status)
+    seal = np.where(other, _spoken(summary["seal_type"]), status)
     below = column(summary, "stiffness_ratio") <= SOFTEST
     asked = ~missing["impact_speed_m_s"] | (status != "")
     period = _first({"": ~soft, **stiffness, "no model": ~missing["period_s"]}, later)
-    loss = {"": ~soft, f"stiffness_ratio below {SOFTEST}": below, "no material": missing["g_inf_pa"] & asked}
+    loss = {"": ~soft, f"G∞/(ρ_w U₀²) below {SOFTEST}": below, "no material": missing["g_inf_pa"] & asked}
     pinch_off = np.where(entry, seal, "")
     return {
         "period_s": period,
@@ -146,6 +150,11 @@ def _reasons(summary: pd.DataFrame) -> dict[str, NDArray[np.object_]]:
         "tp_u0_over_deff": pinch_off,
         "delta_u_over_u0": _first(loss, later),
     }
+
+
+def _spoken(words: pd.Series[str]) -> NDArray[np.object_]:
+    """Words of a table as a reader has them: without underscores."""
+    return words.fillna("").str.replace("_", " ").to_numpy(dtype=object)
 
 
 def _first(reasons: dict[str, NDArray[np.bool_]], otherwise: NDArray[np.object_]) -> NDArray[np.object_]:

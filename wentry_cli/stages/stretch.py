@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.doubts import puts_in_doubt
 from wentry_cli.kinematics.extremum import Extremum
 from wentry_cli.kinematics.merging import MergedStretch, find_offset, merge_stretch
 from wentry_cli.kinematics.oscillation import Oscillation, Period, find_oscillation
@@ -109,7 +110,7 @@ def _check_scale(drop: Drop, merged: MergedStretch) -> None:
         logger.warning(
             "%s: top view: its scale is %.0f %% off what the side view says of the sphere's width; check "
             "views.top.scale_px_per_m (%g, where %.4g would agree) and views.top.camera_distance_m",
-            drop.name, 100.0 * abs(off), given, given * (1.0 + off),
+            drop.name, 100.0 * abs(off), given, given * (1.0 + off), extra=puts_in_doubt("scale of the top view"),
         )  # fmt: skip
 
 
@@ -126,7 +127,7 @@ def _tell_contradiction(name: str, apart: float, consequence: str) -> None:
     logger.warning(
         "%s: λ of the top view and of the side view differ by %.3f in the frames that both measure, far beyond their "
         "uncertainties: %s; check views.top: offset_s, fps, scale_px_per_m, camera_distance_m",
-        name, apart, consequence,
+        name, apart, consequence, extra=puts_in_doubt("both views"),
     )  # fmt: skip
 
 

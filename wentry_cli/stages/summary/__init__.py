@@ -7,7 +7,12 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from wentry_cli.doubts import puts_in_doubt
+from wentry_cli.pipeline import STAGES
+from wentry_cli.records import read_stages
+from wentry_cli.stages.inputs.air import fall_in_air
 from wentry_cli.stages.inputs.columns import Row, column, first_row, number, text
+from wentry_cli.stages.summary.cross_checks import doubt_of_flight, doubt_of_softness, doubt_of_speed
 from wentry_cli.stages.summary.forces import forces_table
 from wentry_cli.stages.summary.numbers import numbers_of
 from wentry_cli.stages.summary.pinch_off import pinch_off_columns
@@ -20,19 +25,26 @@ if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
 
 PEAKS = 5
-# An impact speed is told where it is off that of the drop by more than this share; of a height whose uncertainty was
-# told, by more than so many standard deviations, and by more than air takes.
-CROSS_CHECK, CLEARLY_APART, AIR_AND_RELEASE = 0.08, 3.0, 0.02
-FREE_FALL, FREE_FALL_SIGMA = 0.2, 4.0
+RISES = (
+    "by its frames before impact the sphere would rise with {:.3g} m/s: no speed is given; see their status in side.csv"
+)
 logger = logging.getLogger(__name__)
 
 
 def run(folder: Path, drop: Drop) -> None:
     """Write ``summary.csv`` and, for an entry seen from the side, ``forces.csv``."""
     experiment = drop.experiment
-    speeds = _speeds(folder, drop)
+    speeds = found = _speeds(folder, drop)
+    if rises := found.impact <= 0.0:  # it came down to where it was met
+        speeds = NO_SPEEDS
     pinch_off = first_row(folder, "events", event="pinch_off")
-    row = _description(drop) | _counts(folder, drop) | _speed_columns(speeds) | numbers_of(drop, speeds)
+    row = (
+        _description(drop)
+        | _counts(folder, drop)
+        | _speed_columns(speeds)
+        | numbers_of(drop, speeds)
+        | _fall(folder, drop)
+    )
     if experiment.kind == "free_flight":
         row |= _flight(folder, drop)
     if experiment.deformable:
@@ -41,10 +53,13 @@ def run(folder: Path, drop: Drop) -> None:
         row |= pinch_off_columns(folder, drop, pinch_off, (speeds.impact, speeds.impact_unc))
         if has_table(folder, "kinematics"):
             write_table(folder, "forces", forces_table(folder, drop, speeds, number(pinch_off, "t_s")))
-    expected, release = row["speed_from_height_m_s"], experiment.drop
-    told = release.height_m_unc > 0.0 or release.impact_speed_m_s_unc > 0.0
-    unc = math.hypot(speeds.impact_unc, row["speed_from_height_m_s_unc"]) if told else math.nan
-    _cross_check(drop.name, speeds.impact, expected, unc)
+    doubts = [
+        ("fall before impact", RISES.format(-found.impact) if rises else ""),
+        ("speed of the drop", doubt_of_speed(drop, speeds, row)),
+        ("acceleration", doubt_of_flight(drop, row)),
+        ("soft sphere", doubt_of_softness(folder, drop, speeds.impact)),
+    ]
+    row["doubts"] = _doubts(folder, drop, doubts) or None
     row["status"] = _status(folder, drop, row, pinch_off)
     write_table(folder, "summary", new_table("summary", {name: [value] for name, value in row.items()}))
 
@@ -53,31 +68,28 @@ def _speeds(folder: Path, drop: Drop) -> Speeds:
     if drop.experiment.kind == "free_flight" or not has_table(folder, "side"):
         return NO_SPEEDS
     alone = drop.experiment.kind == "surface_impact"
-    speeds = impact_speed_alone(folder, drop) if alone else measured_speeds(folder, drop)
-    if speeds.impact <= 0.0:  # it came down to where it was met
-        logger.warning(
-            f"{drop.name}: by its frames before impact the sphere would rise with {-speeds.impact:.3g} m/s: no speed "
-            "is given; see their status in side.csv"
-        )
-        return NO_SPEEDS
-    return speeds
+    return impact_speed_alone(folder, drop) if alone else measured_speeds(folder, drop)
 
 
-def _cross_check(name: str, measured: float, expected: float, unc: float) -> None:
-    """Warn where the measured impact speed is not what the height of the drop makes one expect.
+def _doubts(folder: Path, drop: Drop, found: list[tuple[str, str]]) -> str:
+    """Warn of what was ``found``; what it and the warnings of the stages before put in doubt, in a few words."""
+    record = read_stages(folder)
+    known = [
+        what for stage in STAGES if stage.name != "summary" for what in record.get(stage.name, {}).get("doubts", ())
+    ]
+    for what, sentence in found:
+        if sentence:
+            logger.warning("%s: %s", drop.name, sentence, extra=puts_in_doubt(what))
+            known.append(what)
+    return "; ".join(dict.fromkeys(known))
 
-    ``unc`` is the standard uncertainty of the difference, m/s; NaN where that of the height, which may be a nominal
-    one, was not told.
-    """
-    limit = max(CLEARLY_APART * unc / expected, AIR_AND_RELEASE) if math.isfinite(unc) else CROSS_CHECK
-    if abs(measured / expected - 1.0) > limit:
-        logger.warning(
-            "%s: the impact speed is %.3g m/s by measurement and %.3g m/s by drop; check fps, scale_px_per_m, "
-            "sphere.diameter_m and drop.height_m",
-            name,
-            measured,
-            expected,
-        )
+
+def _fall(folder: Path, drop: Drop) -> Row:
+    """The acceleration before impact; with that of gravity it checks the scales of length and time."""
+    if drop.experiment.kind == "free_flight" or not has_table(folder, "side"):
+        return {}
+    fall = fall_in_air(drop, read_table(folder, "side"), first_row(folder, "geometry", view="side"))
+    return {} if fall is None else {"fall_acceleration_m_s2": fall.acceleration, "fall_acceleration_m_s2_unc": fall.unc}
 
 
 def _description(drop: Drop) -> Row:
@@ -136,19 +148,12 @@ def _flight(folder: Path, drop: Drop) -> Row:
     value, random = number(middle, "a_c_m_s2"), number(middle, "a_c_m_s2_unc")
     geometry = first_row(folder, "geometry", view=drop.experiment.sides[0])
     scale = number(geometry, "scale_px_per_m_unc", 0.0) / number(geometry, "scale_px_per_m", math.inf)
-    unc, gravity = math.hypot(random, value * scale), drop.experiment.gravity_m_s2
-    if abs(value + gravity) > max(FREE_FALL_SIGMA * unc, FREE_FALL * gravity):
-        logger.warning(
-            "%s: a free flight falls with %.3g m/s², but the acceleration is measured to be %.3g ± %.2g m/s²; check "
-            "kind, sphere.diameter_m, fps and polarity, and that the camera does not shake",
-            drop.name, -gravity, value, unc,
-        )  # fmt: skip
     velocity = number(middle, "v_c_m_s")
     return {
         "velocity_m_s": velocity,
         "velocity_m_s_unc": math.hypot(number(middle, "v_c_m_s_unc"), velocity * scale),
         "acceleration_m_s2": value,
-        "acceleration_m_s2_unc": unc,
+        "acceleration_m_s2_unc": math.hypot(random, value * scale),
     }
 
 

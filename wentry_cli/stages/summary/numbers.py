@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from wentry_cli.config.moved import uncertainty_by_hand
 from wentry_cli.scaling import dimensionless
 from wentry_cli.stages.inputs.columns import Row
+from wentry_cli.stages.summary.cross_checks import air_takes
 from wentry_cli.stages.summary.speeds import Speeds
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ def numbers_of(drop: Drop, speeds: Speeds) -> Row:
     uncertainties = {
         f"{name}_unc": math.hypot(by_hand[name], faster[name] - value, stiffer[name] - value) or math.nan
         for name, value in values.items()
+        if name != "speed_taken_by_air_m_s"  # a bound
     }
     return values | uncertainties
 
@@ -42,6 +44,7 @@ def _numbers(experiment: Experiment, speed: float, g_inf: float) -> dict[str, fl
     diameter, gravity, liquid = experiment.sphere.diameter_m, experiment.gravity_m_s2, experiment.liquid
     found = {
         "speed_from_height_m_s": _expected_speed(experiment),
+        "speed_taken_by_air_m_s": _taken_by_air(experiment),
         "froude": dimensionless.froude(speed, diameter, gravity),
     }
     if experiment.kind == "water_entry":
@@ -62,3 +65,9 @@ def _expected_speed(experiment: Experiment) -> float:
     if release.height_m is None:
         return math.nan
     return dimensionless.speed_from_height(release.height_m, experiment.gravity_m_s2)
+
+
+def _taken_by_air(experiment: Experiment) -> float:
+    """What air takes at most of the speed of a fall from the height; NaN where the speed itself was given."""
+    given = experiment.drop.impact_speed_m_s is not None
+    return math.nan if given else air_takes(experiment, _expected_speed(experiment))

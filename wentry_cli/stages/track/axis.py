@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.doubts import puts_in_doubt
 from wentry_cli.stages.track.scales import Scales
 
 if TYPE_CHECKING:
@@ -61,7 +62,8 @@ def checked_axis(
     logger.warning(
         f"{drop.name}: the path jumps by {jump * 1e3:+.1f} mm at the waterline, as if the optical axis met the picture "
         f"near row {row:.0f}, not at {axis.y_px:.0f}; measure views.side.optical_axis_y_px, heights below the surface "
-        "have wide error bars until then"
+        "have wide error bars until then",
+        extra=puts_in_doubt("optical axis"),
     )
     return replace(axis, unc_px=abs(jump / per_px))
 

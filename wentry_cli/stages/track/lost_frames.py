@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.doubts import puts_in_doubt
 from wentry_cli.stages.inputs.clip import Clip
 from wentry_cli.tracking.held import since
 from wentry_cli.tracking.idle_clock import IdleClock, idle_times, stays_in_sight
@@ -86,7 +87,8 @@ def _tell_idle(drop: Drop, idle: Sequence[IdleClock], until_then: str) -> None:
     logger.warning(
         f"{drop.name}: between frames {first.before} and {first.after} the clock tells {first.intervals:.3g} intervals "
         f"and the sphere moves as far as in one: no frame is missing{others}; number the frames without that gap, or "
-        f"set views.side.fps where the recording's stamps are wrong; {until_then}"
+        f"set views.side.fps where the recording's stamps are wrong; {until_then}",
+        extra=puts_in_doubt("times of the frames"),
     )
 
 
@@ -107,5 +109,6 @@ def _tell(drop: Drop, losses: Sequence[LostFrames], until_then: str) -> None:
     logger.warning(
         f"{drop.name}: between frames {lost.before} and {lost.after} the sphere moves as far as in {lost.steps} frames "
         f"elsewhere: {missing} missing{others}; number the frames as the camera did, or take the clip to one side of "
-        f"the gap with views.side.frames; {until_then}"
+        f"the gap with views.side.frames; {until_then}",
+        extra=puts_in_doubt("times of the frames"),
     )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from wentry_cli.doubts import puts_in_doubt
 from wentry_cli.stages.track.scales import Scales
 from wentry_cli.tracking.sighting import Sighting
 
@@ -48,7 +49,8 @@ def with_doubted_pixels(drop: Drop, scales: Scales, off: float) -> Scales:
     logger.warning(
         f"{drop.name}: in air the sphere is {abs(wider):.1%} {'wider than high' if wider > 0 else 'higher than wide'} "
         "in all frames, as in a picture whose pixels are not square or that was scaled in one direction; export the "
-        "recording as it was taken, or heights and speeds may be wrong by as much"
+        "recording as it was taken, or heights and speeds may be wrong by as much",
+        extra=puts_in_doubt("shape of the pixels"),
     )
     doubt = abs((1.0 + off) ** 2 - 1.0)
     return replace(

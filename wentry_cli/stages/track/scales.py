@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.doubts import puts_in_doubt
 from wentry_cli.imaging.background import Background
 from wentry_cli.imaging.free_surface import SurfaceRow
 from wentry_cli.tracking.scale import NO_RADIUS, PooledRadius, scale_from_radius
@@ -66,7 +67,8 @@ def warn_of_wrong_scale(drop: Drop, seen: PooledRadius) -> bool:
         logger.warning(
             f"{drop.name}: {key} is {float(given):g}, but the sphere of {sphere.diameter_m * 1e3:g} mm measures "
             f"{scale:.6g} ± {unc:.2g} px/m in air: check the scale or sphere.diameter_m; heights and speeds go by the "
-            "scale that was given"
+            "scale that was given",
+            extra=puts_in_doubt("scale of the side view"),
         )
     return wrong
 

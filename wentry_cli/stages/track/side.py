@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.doubts import puts_in_doubt
 from wentry_cli.imaging.background import Background
 from wentry_cli.imaging.detection import HALF_LEVEL
 from wentry_cli.imaging.free_surface import NO_SURFACE, SurfaceRow
@@ -204,7 +205,12 @@ def _deformed(drop: Drop, track: SideTrack) -> str:
     )
     if track.mostly_lost:
         return told
-    logger.warning("%s: %s; until then its heights are those of a sphere that it is not", drop.name, told)
+    logger.warning(
+        "%s: %s; until then its heights are those of a sphere that it is not",
+        drop.name,
+        told,
+        extra=puts_in_doubt("rigid sphere"),
+    )
     return ""
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.doubts import puts_in_doubt
 from wentry_cli.imaging.background import Background
 from wentry_cli.imaging.free_surface import NO_SURFACE, SurfaceRow, find_surfaces
 from wentry_cli.imaging.plate import find_plate
@@ -44,7 +45,8 @@ def surface_row(drop: Drop, clip: Clip, ground: Background, seed: Path | None) -
     if away > 4.0 * given.unc_px:
         logger.warning(
             f"{drop.name}: views.side.surface_y_px is {given.y_px:g}, but the picture shows a surface at row "
-            f"{found[0].y_px:.1f}; heights, impact and speeds go by the one that was given"
+            f"{found[0].y_px:.1f}; heights, impact and speeds go by the one that was given",
+            extra=puts_in_doubt("row of the surface"),
         )
     return given
 
@@ -83,7 +85,8 @@ def _the_surface(drop: Drop, clip: Clip, ground: Background, seen: tuple[Path | 
         others = ", ".join(f"{row.y_px:.1f}" for row in able[1:])
         logger.warning(
             f"{drop.name}: the free surface is taken at row {able[0].y_px:.1f}, but may be the dark line at {others}: "
-            "set views.side.surface_y_px to its row"
+            "set views.side.surface_y_px to its row",
+            extra=puts_in_doubt("row of the surface"),
         )
     return able[0] if able else NO_SURFACE
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wentry_cli.doubts import puts_in_doubt
 from wentry_cli.imaging.background import Background
 from wentry_cli.kinematics.centre import centre_height
 from wentry_cli.stages.inputs.clip import Clip
@@ -117,7 +118,8 @@ def _warn_where_unseen_in_air(drop: Drop, falling: NDArray[np.bool_], ok: NDArra
     if np.sum(falling) >= FEWEST_AT_REST and ok.any() and not ok[falling].any():
         logger.warning(
             f"{drop.name}: seen from above no sphere is found in the {np.sum(falling)} frames before impact, so what "
-            "is found after it may be something else: check polarity, roi_px and offset_s of views.top"
+            "is found after it may be something else: check polarity, roi_px and offset_s of views.top",
+            extra=puts_in_doubt("sphere in the top view"),
         )
 
 
@@ -177,7 +179,8 @@ def _compare_clocks(
     when = "after" if late > 0 else "before"
     logger.warning(
         f"{drop.name}: seen from above the sphere spreads {1e3 * abs(late):.1f} ms {when} the moment of impact that "
-        "the side view shows: check offset_s and fps of views.top; what both views tell together is wrong until then"
+        "the side view shows: check offset_s and fps of views.top; what both views tell together is wrong until then",
+        extra=puts_in_doubt("clock of the top view"),
     )
 
 
