@@ -105,16 +105,18 @@ def read_campaign(video_dir: Path, settings: tuple[str, ...] = (), only: tuple[s
 def keep_raw_data(campaign: Campaign, results: Path) -> None:
     """Raise ``InputError`` where ``results``, or what a drop writes there, would lie among frames of a recording.
 
-    Nor may the tables of a drop lie beside its ``experiment.yaml``, as where ``results`` is the campaign itself.
+    Below frames that lie beside their ``experiment.yaml`` a folder is no harm, but the tables of a drop may not lie
+    beside that, as where ``results`` is the campaign itself.
     """
     for drop in campaign.drops:
-        tables = followed(results / drop.name)
-        if tables == followed(drop.folder):
+        home, tables = followed(drop.folder), followed(results / drop.name)
+        if tables == home:
             told = f"the tables of {drop.name} would lie beside its {EXPERIMENT}"
             raise InputError(f"{results}: {told}; choose another folder with -o")
         for view in drop.experiment.sides:
             frames = _folder_of_frames(drop, view)
-            if frames is not None and any(path.is_relative_to(frames) for path in (followed(results), tables)):
+            written = [path for path in (followed(results), tables) if frames and path.is_relative_to(frames)]
+            if written and (frames != home or frames in written):
                 raise InputError(f"{results}: lies among the frames of {frames}; choose another folder with -o")
 
 
