@@ -23,8 +23,7 @@ DARKEST_GROUND = 0.12
 HOT_PIXEL = 0.25
 GHOST = 0.7
 GHOST_EDGE_PX = 5
-# A ghost has no blurred edge where the pixels next to it are as bright as those beyond: all but the darkest of them.
-SHARP_EDGE, DARKEST_RIM = 0.98, 0.1
+SHARP_EDGE = 0.99  # of how bright it is beyond: so bright the pixels next to a ghost are where no edge is blurred
 STEADY = 0.003
 # The splash and shadows are darker than a sphere lit from the front; its highlights are smaller than what this leaves.
 BRIGHTEST = 90.0
@@ -118,7 +117,7 @@ def _ghosts(level: NDArray[np.float32], discs: NDArray[np.bool_]) -> NDArray[np.
         return dark
     close, near, wide = (_widened(dark, reach) for reach in (1, GHOST_EDGE_PX - 1, GHOST_EDGE_PX))
     rim, beyond = level[close & ~dark], level[wide & ~near]
-    if rim.size and beyond.size and np.quantile(rim, DARKEST_RIM) > SHARP_EDGE * np.median(beyond):
+    if rim.size and beyond.size and np.mean(rim) > SHARP_EDGE * np.mean(beyond):
         return dark
     return wide & discs
 

@@ -19,7 +19,7 @@ OVERLAP = 3  # blocks each way of which the means are: every third of them tells
 LEAST_FLICKER, MOST_FLICKER = 0.003, 0.3  # of the usual light
 ALIKE, MOST_ALIKE = 0.01, 0.4
 # Blocks across a hole, in which light that bends more than a quadratic surface is followed, and how stiffly.
-ACROSS_HOLE, STIFFNESS = 16, 10.0
+ACROSS_HOLE, STIFFNESS, FEWEST_BENT = 16, 10.0, 12
 
 
 def sample_indices(count: int, limit: int = 28) -> list[int]:
@@ -221,11 +221,13 @@ def _continued(block: NDArray[np.float32], step: int) -> NDArray[np.float32]:
     left = np.where(bright, block - quadratic, np.float32(0.0))
     share, mean = (cv2.resize(part, size, interpolation=cv2.INTER_AREA) for part in (bright.astype(np.float32), left))
     seen = share > 0.5
-    bent = np.zeros(seen.shape, np.float32)
-    if np.count_nonzero(seen) > 3:
-        places = np.stack(np.indices(seen.shape), axis=-1).reshape(-1, 2).astype(np.float64)
-        bent.flat = _thin_plate(places[seen.ravel()], mean[seen] / share[seen], places)
-    return quadratic + cv2.resize(bent, block.shape[::-1], interpolation=cv2.INTER_CUBIC)
+    if np.count_nonzero(seen) < FEWEST_BENT:
+        return quadratic
+    places = np.argwhere(np.ones(seen.shape, bool)).astype(np.float64)
+    plate = _thin_plate(places[seen.ravel()], (mean[seen] / share[seen]).astype(np.float64), places)
+    bent = plate.reshape(seen.shape).astype(np.float32)
+    across = cv2.resize(bent, (block.shape[1], block.shape[0]), interpolation=cv2.INTER_CUBIC)
+    return np.asarray(quadratic + across, np.float32)
 
 
 def _quadratic(block: NDArray[np.float32], known: NDArray[np.bool_]) -> NDArray[np.float32]:
