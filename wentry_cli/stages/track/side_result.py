@@ -71,7 +71,7 @@ def _without_impossible(columns: dict[str, Any]) -> dict[str, Any]:
     wrong = np.isfinite(columns["stretch"]) & np.isnan(stretch)
     status = ["poor_fit" if bad and word == "ok" else word for word, bad in zip(columns["status"], wrong, strict=True)]
     told = {"stretch": stretch, "status": status}
-    told |= {name: np.where(wrong, np.nan, columns[name]) for name in ("stretch_unc", "stretch_unc_random")}
+    told |= {name: np.where(wrong, np.nan, columns[name]) for name in columns if name.startswith("stretch_unc")}
     return columns | told
 
 

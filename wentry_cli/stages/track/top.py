@@ -118,19 +118,20 @@ def _stretch(
     """λ of every frame, its uncertainty, and what of that differs by chance from frame to frame.
 
     Where the sphere is seen while it is ``falling`` and λ is 1, that tells what edge, scale, zero of the heights and
-    distance of the camera do to λ in all frames. How wrong these may be by what is said of them no longer counts then:
-    how far λ is from 1 does, and what they do to a frame beyond that.
+    distance of the camera do to λ in all frames. How far λ is from 1 counts then, and what they do to a frame beyond
+    that, where it is less than what is said of them leaves open.
     """
     magnification = magnification_at(entry.height, entry.camera)
-    stretch, unc = top_stretch(fits["radius_px"], fits["radius_px_unc"], entry.scale, radius_m, magnification)
+    exact = np.zeros_like(fits["radius_px"])
+    stretch, common = top_stretch(fits["radius_px"], exact, entry.scale, radius_m, magnification)
     random = stretch * fits["radius_px_unc"] / fits["radius_px"]
     resting = falling & np.isfinite(stretch)
     count = np.count_nonzero(resting)
     if count < FEWEST_AT_REST:
-        return stretch, unc, random
+        return stretch, np.hypot(random, common), random
     off = math.hypot(np.mean(stretch[resting]) - 1.0, np.mean(random[resting]) / math.sqrt(count))
-    change = magnification_change(entry.height, entry.camera, resting)
-    return stretch, np.hypot(random, stretch * np.hypot(change, off)), random
+    change = stretch * magnification_change(entry.height, entry.camera, resting)
+    return stretch, np.hypot(random, np.hypot(np.fmin(common, change), stretch * off)), random
 
 
 def _warn_where_unseen_in_air(drop: Drop, falling: NDArray[np.bool_], ok: NDArray[np.bool_]) -> None:
