@@ -100,10 +100,7 @@ def solve_entry_motion(
     seen, known = np.isfinite(bottom[0]), np.isfinite(height)
     moving = [np.sqrt(np.maximum(pair[1] ** 2 - fixed_m**2, 0.0)) for pair in pairs]
     hidden = [_hidden_part(times, unc, u, track) for unc, u, track in zip(moving, random, tracks, strict=True)]
-    scatters = [
-        np.minimum(u * (track.noise_scale if track.status == "ok" else 1.0), pair[1])
-        for pair, u, track in zip(pairs, random, tracks, strict=True)
-    ]
+    scatters = [_shown_part(pair[1], u, track) for pair, u, track in zip(pairs, random, tracks, strict=True)]
     turning, bending = _shape_changes(tracks, hidden, radius_m)
     slow = _turning_time(times, slow_s)
     return EntryMotion(
@@ -187,6 +184,11 @@ def _hidden_part(times: Array, unc: Array, random: Array, track: SmoothTrack) ->
     hidden = np.sqrt(np.maximum(unc**2 - (random * track.noise_scale) ** 2, 0.0))
     dry = (times < 0.0) & np.isfinite(hidden)
     return np.where(dry, np.median(hidden[dry]), hidden) if dry.any() else hidden
+
+
+def _shown_part(unc: Array, random: Array, track: SmoothTrack) -> Array:
+    """What of the uncertainty the scatter shows."""
+    return np.minimum(unc, random * (track.noise_scale if track.status == "ok" else 1.0))
 
 
 def _shape_changes(tracks: list[SmoothTrack], hidden: list[Array], radius: float) -> tuple[Array, Array]:
