@@ -31,7 +31,9 @@ def page() -> str:
     parts = [
         "# Tables",
         "Made from `wentry_cli/columns.py` by `make tables`. One plain header row; an empty cell means not measured, "
-        "never 0; `frame` counts from 0 in the clip, gaps included; `_unc` is a standard uncertainty (k = 1); "
+        "never 0; `frame` counts from 0 in the clip, gaps included; `_unc` is a standard uncertainty (k = 1), "
+        "`_unc_random` the part of it that differs by chance from frame to frame, and what is left the part that the "
+        "frames of a clip share ([conventions.md](conventions.md#uncertainty) says of every table what is in which); "
         "times are of mid-exposure; heights are up positive, 0 at the undisturbed free surface.",
         "",
         "A row whose `status` is `ok` has every cell filled but those whose column says here when it may be empty; "

@@ -3,7 +3,8 @@
 A section starts with ``# table | stage | what a row stands for``. A column is ``name | unit | kind | meaning``; a
 fifth part says when the cell may be empty in a row whose status is ``ok``: without it, it never is. A kind with ``±``
 adds the column of its standard uncertainty, ``<name>_unc``, empty where the value is; a line ``±`` does the same and
-says when it may be empty besides.
+says when it may be empty besides. ``± random`` adds ``<name>_unc_random``, too: what is left of that uncertainty
+without what all frames of the clip have in common.
 """
 
 COLUMNS = """
@@ -31,7 +32,7 @@ surface_x_px | px | float | rolled camera: the column of that row; empty where t
 roll_deg | ° | float | roll of the camera: the surface falls to the right by it; metres are levelled; empty from the top
 optical_axis_y_px | px | float ± | row where the optical axis meets the picture; empty without water
 radius_px | px | float ± | radius of the undeformed sphere in air
-impact_time_s | s | float ± | first contact on the camera clock
+impact_time_s | s | float ± random | first contact on the camera clock
 release_time_s | s | float | side: when a sphere that hangs at first is let go, on the camera clock; else empty
 ground_noise | 1 | float | standard deviation of a pixel on the ground over its level (bright sphere: over the step)
 
@@ -40,8 +41,8 @@ frame | 1 | int | index in the clip, from 0, gaps counted
 t_s | s | float | time of mid-exposure after impact (free_flight: after the first frame)
 center_x_px | px | float | centre of the circle, to the right
 center_y_px | px | float | centre of the circle, downwards
-radius_px | px | float ± | radius of the circle
-stretch | 1 | float ± | principal stretch λ
+radius_px | px | float ± random | radius of the circle
+stretch | 1 | float ± random | principal stretch λ
 gated_fraction | 1 | float | share of the sectors left out of the fit
 residual_rms_px | px | float | rms distance of the edge from the circle
 status | – | text | ok, or why something in this row is not measured
@@ -52,13 +53,13 @@ t_s | s | float | time of mid-exposure after impact (free_flight: after the firs
 center_x_px | px | float | centre of the ellipse, to the right
 center_y_px | px | float | centre of the ellipse, downwards
 radius_px | px | float ± | radius of the sphere of equal volume
-stretch | 1 | float ± | principal stretch λ | rigid sphere
+stretch | 1 | float ± random | principal stretch λ | rigid sphere
 bottom_y_px | px | float ± | lowest point of the ellipse
 bottom_local_y_px | px | float ± | lowest point from the bottom of the outline alone | bottom hidden, or free flight
-y_b_m | m | float ± | height of the lowest point above the undisturbed surface (negative below it)
+y_b_m | m | float ± random | height of the lowest point above the undisturbed surface (negative below it)
 y_b_source | – | text | local or ellipse
 separation_y_px | px | float ± | row of the separation line | no cavity yet, or no corner seen
-separation_y_m | m | float ± | height of the separation line | where separation_y_px is
+separation_y_m | m | float ± random | height of the separation line | where separation_y_px is
 tilt_deg | ° | float ± | tilt of the axis of revolution; positive: the lower pole to the right | nearly round, or rigid
 arc_fraction | 1 | float | share of the outline that was visible and used
 gated_fraction | 1 | float | share of the visible sectors left out of the fit
@@ -112,8 +113,8 @@ status | – | text | ok, or why something in this row is not measured
 frame | 1 | int | index in the clip, from 0, gaps counted
 t_s | s | float | time of mid-exposure after impact (free_flight: after the first frame)
 x_c_m | m | float | sideways position of the centre
-y_b_m | m | float ± | height of the lowest point
-y_c_m | m | float ± | height of the centre of mass
+y_b_m | m | float ± random | height of the lowest point
+y_c_m | m | float ± random | height of the centre of mass
 v_b_m_s | m/s | float ± | velocity of the lowest point, up positive
 v_c_m_s | m/s | float ± | velocity of the centre of mass
 a_c_m_s2 | m/s² | float ± | acceleration of the centre of mass
@@ -139,8 +140,8 @@ status | – | text | ok, or why something in this row is not measured
 frame | 1 | int | index in the clip, from 0, gaps counted
 t_s | s | float | time of mid-exposure after impact
 x_c_m | m | float | sideways position of the centre
-y_b_m | m | float ± | height of the lowest point
-y_c_m | m | float ± | height of the centre of mass
+y_b_m | m | float ± random | height of the lowest point
+y_c_m | m | float ± random | height of the centre of mass
 v_b_m_s | m/s | float ± | velocity of the lowest point, up positive
 v_c_m_s | m/s | float ± | velocity of the centre of mass
 a_c_m_s2 | m/s² | float ± | acceleration of the centre of mass

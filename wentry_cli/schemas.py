@@ -76,10 +76,14 @@ def _table(section: str) -> Table:
         if parts[0] == "±":
             columns.append(_uncertainty(columns[-1], *parts[1:]))
             continue
-        kind = parts[2].removesuffix(" ±")
-        columns.append(Column(parts[0], parts[1], kind, *parts[3:]))
-        if kind != parts[2]:
-            columns.append(_uncertainty(columns[-1]))
+        kind, *added = parts[2].split()
+        value = Column(parts[0], parts[1], kind, *parts[3:])
+        columns.append(value)
+        if "±" in added:
+            columns.append(_uncertainty(value))
+        if "random" in added:
+            meaning = f"the part of {value.name}_unc that differs by chance from frame to frame"
+            columns.append(Column(f"{value.name}_unc_random", value.unit, "float", meaning, value.may_be_empty))
     return Table(name, stage, row, tuple(columns))
 
 

@@ -172,6 +172,8 @@ def test_a_value_by_hand_without_uncertainty_is_good_to_a_pixel(tmp_path: Path) 
     table = read_table(tmp_path, "side")
     assert table["stretch_unc"].tolist() == pytest.approx([1e-4, 1.0 / 50.0, 1e-4])
     assert table["y_b_m_unc"].tolist() == pytest.approx([1e-5, 1e-3, 1.0 / 2000.0])
+    assert table["y_b_m_unc_random"].tolist() == pytest.approx([math.nan, 1e-3, 1.0 / 2000.0], nan_ok=True)
+    assert table["stretch_unc_random"].tolist() == pytest.approx([math.nan, 1.0 / 50.0, math.nan], nan_ok=True)
 
 
 @pytest.mark.parametrize(("said", "expected"), [({}, 1.0 / 2000.0), ({"separation_y_m_unc": 5e-4}, 5e-4)])

@@ -42,6 +42,8 @@ def test_the_surface_adds_its_own_uncertainty() -> None:
     time, row = path(0.0071, 5.0, 0.0)
     found = find_impact(time, row, np.full(time.size, 0.001), (300.0, 1.0), G * SCALE)
     assert found.time_unc_s == pytest.approx(1.0 / (5.0 * SCALE), rel=0.01)
+    known = find_impact(time, row, np.full(time.size, 0.001), (300.0, 0.0), G * SCALE)
+    assert 0.0 < found.time_random_s == known.time_random_s == known.time_unc_s
 
 
 def test_too_few_frames_and_a_path_that_never_arrives() -> None:

@@ -9,7 +9,14 @@ from tests.tracking.clips import SHAPE, clip, ground_of
 from wentry_cli.synthetic.still import StillBody
 from wentry_cli.tracking.seed import find_seed
 from wentry_cli.tracking.source import FrameArray
-from wentry_cli.tracking.top import TopScale, magnification_at, scale_from_approach, top_stretch, track_top
+from wentry_cli.tracking.top import (
+    TopScale,
+    magnification_at,
+    magnification_change,
+    scale_from_approach,
+    top_stretch,
+    track_top,
+)
 from wentry_cli.tracking.top_depth import Height, TopCamera
 
 RADIUS_M, DISTANCE = 0.0255, 1.5
@@ -55,6 +62,30 @@ def test_the_stretch_is_freed_from_the_perspective() -> None:
     stretch, unc = top_stretch(pixels, np.full(3, 0.01), TopScale(2000.0, 2.0, "given"), RADIUS_M, magnification)
     assert stretch == pytest.approx(1.2)
     assert unc[1] == pytest.approx(np.hypot(np.hypot(0.01 / 51, 1.2e-3), 1.2 * 0.002), rel=0.01)
+
+
+def test_what_the_sphere_at_rest_tells_is_no_longer_uncertain() -> None:
+    """Ten frames in air and ten below: by how much errors of zero and distance change the ratio of their sizes."""
+    high = np.linspace(0.07, -0.12, 20)
+    rest = high > 0.025
+    mean = float(np.mean(1.0 / (1.0 - high[rest] / DISTANCE)))
+
+    def against_rest(zero: float = 0.0, inverse: float = 0.0) -> np.ndarray:
+        shown = 1.0 / (1.0 - (high + zero) * (1.0 / DISTANCE + inverse))
+        at_rest = 1.0 / (1.0 - high / DISTANCE)
+        relative = shown / at_rest - 1.0
+        return np.asarray(relative - relative[rest].mean())
+
+    nothing = np.zeros(20)
+    for height, camera, wrong in (
+        (Height(high, nothing, 3e-4), TopCamera(1.0 / DISTANCE, 0.0, "given"), against_rest(zero=3e-4)),
+        (Height(high, nothing), TopCamera(1.0 / DISTANCE, 0.01, "views"), against_rest(inverse=0.01)),
+    ):
+        change = magnification_change(height, camera, rest)
+        assert change == pytest.approx(np.abs(wrong), rel=0.02, abs=1e-7)
+        assert change[rest].max() < 0.5 * (magnification_at(height, camera)[1] / mean).max()
+    own = magnification_change(Height(high, np.full(20, 1e-3)), TopCamera(1.0 / DISTANCE, 0.0, "given"), rest)
+    assert own == pytest.approx(1e-3 / DISTANCE, rel=0.1)
 
 
 def test_a_stretch_that_no_sphere_can_have_is_none() -> None:

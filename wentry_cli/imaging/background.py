@@ -23,6 +23,7 @@ DARKEST_GROUND = 0.12
 HOT_PIXEL = 0.25
 GHOST = 0.7
 GHOST_EDGE_PX = 5
+SHARP_EDGE = 0.99  # of how bright it is beyond: so bright the pixels next to a ghost are where no edge is blurred
 STEADY = 0.003
 # The splash and shadows are darker than a sphere lit from the front; its highlights are smaller than what this leaves.
 BRIGHTEST = 90.0
@@ -105,14 +106,25 @@ def _level_without_spheres(samples: Samples, noise: float) -> NDArray[np.float32
 
 
 def _ghosts(level: NDArray[np.float32], discs: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Where spheres have left a ghost in the level, with the blurred edge of the ghost."""
+    """Where spheres have left a ghost in the level, with the blurred edge of the ghost if it has one.
+
+    It has none where it ends with the disc that covers it: beyond, the ground was seen.
+    """
     some = level[::4, ::4]
     known = some[np.isfinite(some)]
     dark = discs & ~(level > np.float32(GHOST * linear_quantile(known, known.size, 0.8)))
     if not dark.any():
         return dark
-    wide = cv2.dilate(dark.astype(np.uint8), np.ones((2 * GHOST_EDGE_PX + 1,) * 2, np.uint8))
-    return np.asarray((wide > 0) & discs)
+    close, near, wide = (_widened(dark, reach) for reach in (1, GHOST_EDGE_PX - 1, GHOST_EDGE_PX))
+    rim, beyond = level[close & ~dark], level[wide & ~near]
+    if rim.size and beyond.size and np.mean(rim) > SHARP_EDGE * np.mean(beyond):
+        return dark
+    return wide & discs
+
+
+def _widened(mask: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
+    """A mask grown by ``reach`` pixels each way."""
+    return np.asarray(cv2.dilate(mask.astype(np.uint8), np.ones((2 * reach + 1,) * 2, np.uint8)) > 0)
 
 
 def spheres_in_raw(coarse: NDArray[np.float32], factor: float) -> list[Candidate]:

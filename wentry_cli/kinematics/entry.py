@@ -27,14 +27,17 @@ CLEARLY = 3.0  # neighbours share their noise: forty frames know their scatter t
 class EntryMotion:
     """Per frame: measured y_b and y_c (m), smoothed velocities and acceleration, each with standard uncertainty.
 
-    Where a position was not measured its velocity is NaN. ``outlier`` marks frames whose y_c does not belong to the
-    track, ``held`` those before the release; ``bottom`` and ``centre`` are the smoothed tracks themselves.
+    ``bottom_random_m`` and ``centre_random_m`` are what of the uncertainties of the positions scatters from frame to
+    frame. Where a position was not measured its velocity is NaN. ``outlier`` marks frames whose y_c does not belong to
+    the track, ``held`` those before the release; ``bottom`` and ``centre`` are the smoothed tracks themselves.
     """
 
     bottom_m: Array
     bottom_unc_m: Array
+    bottom_random_m: Array
     centre_m: Array
     centre_unc_m: Array
+    centre_random_m: Array
     bottom_velocity: Array
     bottom_velocity_unc: Array
     velocity: Array
@@ -97,13 +100,16 @@ def solve_entry_motion(
     seen, known = np.isfinite(bottom[0]), np.isfinite(height)
     moving = [np.sqrt(np.maximum(pair[1] ** 2 - fixed_m**2, 0.0)) for pair in pairs]
     hidden = [_hidden_part(times, unc, u, track) for unc, u, track in zip(moving, random, tracks, strict=True)]
+    scatters = [_shown_part(pair[1], u, track) for pair, u, track in zip(pairs, random, tracks, strict=True)]
     turning, bending = _shape_changes(tracks, hidden, radius_m)
     slow = _turning_time(times, slow_s)
     return EntryMotion(
         bottom_m=bottom[0],
         bottom_unc_m=bottom[1],
+        bottom_random_m=scatters[0],
         centre_m=height,
         centre_unc_m=height_unc,
+        centre_random_m=scatters[1],
         bottom_velocity=np.where(seen, low.velocity, np.nan),
         bottom_velocity_unc=np.where(seen, np.hypot(low.velocity_unc, hidden[0] / slow), np.nan),
         velocity=np.where(known, middle.velocity, np.nan),
@@ -178,6 +184,11 @@ def _hidden_part(times: Array, unc: Array, random: Array, track: SmoothTrack) ->
     hidden = np.sqrt(np.maximum(unc**2 - (random * track.noise_scale) ** 2, 0.0))
     dry = (times < 0.0) & np.isfinite(hidden)
     return np.where(dry, np.median(hidden[dry]), hidden) if dry.any() else hidden
+
+
+def _shown_part(unc: Array, random: Array, track: SmoothTrack) -> Array:
+    """What of the uncertainty the scatter shows."""
+    return np.minimum(unc, random * (track.noise_scale if track.status == "ok" else 1.0))
 
 
 def _shape_changes(tracks: list[SmoothTrack], hidden: list[Array], radius: float) -> tuple[Array, Array]:

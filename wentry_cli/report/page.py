@@ -23,6 +23,9 @@ UNCERTAINTIES = (
     "quantities given by hand enter with the uncertainty given for them. Points of repeated drops show the mean with "
     "the sample standard deviation of the repeats, never less than the uncertainty of the mean. Intervals of "
     "regressions are 95 %, Student's t on the uncertainty beside them: spheres count, or conditions, not drops.",
+    "Common to all frames of a drop: the row of the surface and the scale, below the surface the optical axis. They "
+    "move all heights, and with the surface the moment of impact, together, and are in the uncertainty of every one of "
+    "them; against each other the frames are known as well as the columns _unc_random say.",
     "Common to all drops of a kind: whether a sphere rings about λ = 1 or about a mean of its own. It is one "
     "uncertainty in the ends of all periods and in every ΔU/U₀, which may all be off to the same side; it does not "
     "average out over drops.",

@@ -42,7 +42,9 @@ def _shift_impact(folder: Path, corrections: Corrections) -> None:
         return
     geometry = read_table(folder, "geometry")
     before = geometry["impact_time_s"].fillna(0.0).iloc[0]
-    geometry["impact_time_s"], geometry["impact_time_s_unc"] = impact.time_s, _time_unc(geometry, impact)
+    by_eye = _time_unc(geometry, impact)
+    geometry["impact_time_s"] = impact.time_s
+    geometry["impact_time_s_unc"] = geometry["impact_time_s_unc_random"] = by_eye
     write_table(folder, "geometry", geometry)
     for name in ("side", "top"):
         if has_table(folder, name):
@@ -66,6 +68,7 @@ def correct_frames(folder: Path, correction: FrameCorrection) -> None:
     values = {column: value for column, value in correction.by_column.items() if column in frame}
     pixel = _by_eye(folder, correction.view)
     values = {f"{column}_unc": pixel[column] for column in values if column in pixel} | values
+    values |= {f"{name}_random": value for name, value in values.items() if f"{name}_random" in frame}
     for column in [item for item in frame.columns if item not in ("frame", "t_s", "status")]:
         if correction.exclude:
             frame.loc[rows, column] = None

@@ -71,7 +71,9 @@ def _free_flight(folder: Path, drop: Drop) -> dict[str, Any] | None:
     bottom, bottom_unc = _flight_bottom(view, y - drop.experiment.sphere.radius_m, own)
     columns: dict[str, Any] = {"frame": view["frame"].to_numpy(), "t_s": times, "x_c_m": x}
     columns |= {"y_b_m": bottom, "y_b_m_unc": np.where(np.isfinite(bottom), bottom_unc, np.nan)}
-    columns |= {"y_c_m": y, "y_c_m_unc": np.where(seen, own, np.nan)}
+    own = np.where(seen, own, np.nan)
+    columns |= {"y_c_m": y, "y_c_m_unc": own, "y_c_m_unc_random": own}
+    columns["y_b_m_unc_random"] = np.where(np.isfinite(bottom), np.minimum(own, bottom_unc), np.nan)
     for i, names in ((1, ("v_b_m_s", "v_c_m_s")), (2, ("a_c_m_s2",))):
         for name in names:
             columns[name] = np.where(seen, states[:, i], np.nan)
@@ -100,7 +102,7 @@ def _centre_unc(view: pd.DataFrame, geometry: dict[str, Any]) -> Array:
     speed, not an acceleration.) From frame to frame it follows the stated uncertainty.
     """
     scale = number(geometry, "scale_px_per_m")
-    stated = column(view, "radius_px_unc") / scale
+    stated = column(view, "radius_px_unc_random" if "radius_px_unc_random" in view else "radius_px_unc") / scale
     stated = np.where(np.isfinite(stated) & (stated > 0.0), stated, np.nan)
     typical = float(np.nanmedian(stated)) if np.isfinite(stated).any() else 0.1 / scale
     radius = column(view, "radius_px") / scale
@@ -195,8 +197,10 @@ def motion_columns(motion: EntryMotion) -> dict[str, Array]:
     return {
         "y_b_m": motion.bottom_m,
         "y_b_m_unc": motion.bottom_unc_m,
+        "y_b_m_unc_random": motion.bottom_random_m,
         "y_c_m": motion.centre_m,
         "y_c_m_unc": motion.centre_unc_m,
+        "y_c_m_unc_random": motion.centre_random_m,
         "v_b_m_s": motion.bottom_velocity,
         "v_b_m_s_unc": motion.bottom_velocity_unc,
         "v_c_m_s": motion.velocity,

@@ -18,7 +18,8 @@ class Impact:
     """First contact: time and its uncertainty in s, speed in px/s downwards, rms residual of the path in px.
 
     ``status`` is ok, ``too_few`` (no path to extrapolate; NaN), ``no_object`` (the path never meets the surface)
-    or ``clip_ended`` (it does so ``beyond_s`` after the last frame).
+    or ``clip_ended`` (it does so ``beyond_s`` after the last frame). ``time_random_s`` is what the uncertainty of the
+    time would be if the surface were known.
     """
 
     time_s: float
@@ -28,6 +29,7 @@ class Impact:
     residual_px: float
     status: str
     beyond_s: float = math.nan
+    time_random_s: float = math.nan
 
 
 def find_impact(
@@ -56,9 +58,9 @@ def find_impact(
     at_surface = math.sqrt(inside)
     later = 2.0 * (surface_px[0] - height) / (speed + at_surface)
     slope = np.array([-1.0, -later]) / at_surface
-    spread = float(slope @ covariance @ slope) + (surface_px[1] / at_surface) ** 2
-    speed_unc = math.sqrt(covariance[1, 1])
-    return Impact(start + later, math.sqrt(spread), at_surface, speed_unc, residual, "ok")
+    by_frames = math.sqrt(float(slope @ covariance @ slope))
+    time_unc, speed_unc = math.hypot(by_frames, surface_px[1] / at_surface), math.sqrt(covariance[1, 1])
+    return Impact(start + later, time_unc, at_surface, speed_unc, residual, "ok", time_random_s=by_frames)
 
 
 def weighted_line(

@@ -185,4 +185,17 @@ def magnification_at(height: Height, camera: TopCamera) -> tuple[NDArray[np.floa
     """
     below = 1.0 - height.value_m * camera.inverse_1_m
     factor = 1.0 / np.where(below > NEAREST, below, np.nan)
-    return factor, factor**2 * np.hypot(camera.inverse_1_m * height.unc_m, camera.unc_1_m * height.value_m)
+    high = np.hypot(height.unc_m, height.zero_unc_m)
+    return factor, factor**2 * np.hypot(camera.inverse_1_m * high, camera.unc_1_m * height.value_m)
+
+
+def magnification_change(height: Height, camera: TopCamera, at_rest: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Relative uncertainty of the magnification in each frame against the mean of those ``at_rest``.
+
+    The undeformed sphere shows what scale, zero of the heights and distance of the camera do to all frames alike: what
+    is left is what they do more in one frame than in these.
+    """
+    factor, _ = magnification_at(height, camera)
+    by_zero, by_distance = (part - np.nanmean(part[at_rest]) for part in (factor, factor * height.value_m))
+    high = np.hypot(factor * height.unc_m, by_zero * height.zero_unc_m)
+    return np.hypot(camera.inverse_1_m * high, camera.unc_1_m * by_distance)

@@ -26,10 +26,14 @@ EARLY_SHARE = 0.67
 
 @dataclass(frozen=True)
 class Height:
-    """Height of the sphere's greatest circle above the surface and its standard uncertainty, m, a value per frame."""
+    """Height of the sphere's greatest circle above the surface and its standard uncertainty, m, a value per frame.
+
+    ``zero_unc_m`` is that of the surface from which all are counted, which moves them alike.
+    """
 
     value_m: Floats
     unc_m: Floats
+    zero_unc_m: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -68,7 +72,7 @@ def fall_height(t_s: ArrayLike, speed: tuple[float, float], radius_m: float, *, 
     deep, shallow = (np.where(t > 0, fast * tau * np.log1p(wet / tau), free) for tau in slowing)
     depth = 0.5 * (deep + shallow)
     spread = (deep - shallow) / math.sqrt(12.0)
-    return Height(radius_m - depth, np.sqrt(spread**2 + (unc * t) ** 2 + (fast * impact_unc_s) ** 2))
+    return Height(radius_m - depth, np.hypot(spread, unc * t), fast * impact_unc_s)
 
 
 def between_frames(t_s: Floats, seen: Height, when_s: Floats) -> tuple[Height, NDArray[np.bool_]]:
@@ -80,7 +84,7 @@ def between_frames(t_s: Floats, seen: Height, when_s: Floats) -> tuple[Height, N
     value = np.interp(when_s, t_s, seen.value_m)
     unc = np.interp(when_s, t_s, seen.unc_m)
     if t_s.size < 3:
-        return Height(value, unc), np.zeros(when_s.shape, dtype=bool)
+        return Height(value, unc, seen.zero_unc_m), np.zeros(when_s.shape, dtype=bool)
     step = np.diff(t_s)
     wide = step > LONGEST_STEP * float(np.median(step))
     chord = np.diff(seen.value_m) / step
@@ -91,7 +95,8 @@ def between_frames(t_s: Floats, seen: Height, when_s: Floats) -> tuple[Height, N
     gap = wide[k] & (when_s > t_s[k]) & (when_s < t_s[k + 1])
     s = np.clip((when_s - t_s[k]) / step[k], 0.0, 1.0)
     bend = s * (1.0 - s) * step[k] * ((1.0 - s) * (slope[k] - chord[k]) - s * (slope[k + 1] - chord[k]))
-    return Height(value + np.where(gap, bend, 0.0), np.hypot(unc, np.where(gap, UNSURE * np.abs(bend), 0.0))), gap
+    unc = np.hypot(unc, np.where(gap, UNSURE * np.abs(bend), 0.0))
+    return Height(value + np.where(gap, bend, 0.0), unc, seen.zero_unc_m), gap
 
 
 def find_camera(height: Height, size_ratio: ArrayLike, ratio_unc: ArrayLike, *, scale_known: bool) -> TopCamera:

@@ -108,6 +108,7 @@ def _side_row(drop: Drop, clip: Clip, side: SideResult) -> dict[str, Any]:
         "radius_px_unc": side.radius.unc,
         "impact_time_s": side.impact.time_s,
         "impact_time_s_unc": side.impact.time_unc_s,
+        "impact_time_s_unc_random": side.impact.time_random_s,
         "release_time_s": side.released_s if math.isfinite(side.released_s) else math.nan,
     }
 
@@ -128,6 +129,7 @@ def _top_row(drop: Drop, clip: Clip, top: TopResult) -> dict[str, Any]:
             "roll_deg": math.nan,
             "impact_time_s": top.impact_s[0],
             "impact_time_s_unc": top.impact_s[1],
+            "impact_time_s_unc_random": math.nan,
             "release_time_s": math.nan,
         }
     )

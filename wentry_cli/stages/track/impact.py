@@ -47,7 +47,8 @@ def entry_impact(
     if late > 0.0:
         impact = replace(impact, beyond_s=late, status="clip_ended" if late <= float(np.ptp(times)) else "no_object")
         if late > float(np.median(np.diff(clip.time_s))):
-            return replace(impact, time_s=math.nan, time_unc_s=math.nan, speed_unc_px_s=math.nan)
+            unknown = replace(impact, time_s=math.nan, time_unc_s=math.nan, time_random_s=math.nan)
+            return replace(unknown, speed_unc_px_s=math.nan)
     if impact.status != "too_few":
         blunt = shape_offset_px(dry) / impact.speed_px_s
         return replace(impact, time_unc_s=math.hypot(impact.time_unc_s, blunt))

@@ -70,8 +70,9 @@ def _without_impossible(columns: dict[str, Any]) -> dict[str, Any]:
     stretch = plausible(columns["stretch"])
     wrong = np.isfinite(columns["stretch"]) & np.isnan(stretch)
     status = ["poor_fit" if bad and word == "ok" else word for word, bad in zip(columns["status"], wrong, strict=True)]
-    unc = np.where(wrong, np.nan, columns["stretch_unc"])
-    return columns | {"stretch": stretch, "stretch_unc": unc, "status": status}
+    told = {"stretch": stretch, "status": status}
+    told |= {name: np.where(wrong, np.nan, columns[name]) for name in columns if name.startswith("stretch_unc")}
+    return columns | told
 
 
 def in_metres(
@@ -93,6 +94,7 @@ def in_metres(
     for item in sightings:
         doubt[item.frame] = check.stretch_doubt(item.line)
     doubt = np.hypot(doubt, blurred_stretch(columns, exposure_frames(drop, "side", clip)))
+    columns["stretch_unc_random"], outline_unc = columns["stretch_unc"], columns["bottom_y_px_unc"]
     columns["stretch_unc"] = np.hypot(columns["stretch_unc"], doubt)
     columns = _without_impossible(columns)
     use_local = local_bottom_holds(columns, check.bottom_offset_px, deforms=drop.experiment.deformable)
@@ -104,13 +106,17 @@ def in_metres(
     columns["y_b_m"] = pixel_to_metre(*lowest_points(columns, bottom, pixels.roll_rad), pixels, wet)[1]
     zero = (surface.y_px, surface.unc_px), (axis.y_px, axis.unc_px)
     columns["y_b_m_unc"] = height_unc((bottom, unc), scales, *zero, wet)
+    scale = np.where(wet, scales.water, scales.air)
+    own = np.where(use_local, columns["bottom_local_y_px_unc"], outline_unc)
+    columns["y_b_m_unc_random"] = np.where(np.isfinite(unc), own, np.nan) / scale
     columns["y_b_source"] = np.where(np.isfinite(bottom), np.where(use_local, "local", "ellipse"), "")
     line = columns["separation_y_px"], columns["separation_y_px_unc"]
     # it is seen through the water, all of it
     columns["separation_y_m"] = pixel_to_metre(columns["center_x_px"], line[0], pixels, wet)[1]
     columns["separation_y_m_unc"] = height_unc(line, scales, *zero, wet)
+    columns["separation_y_m_unc_random"] = line[1] / scale
     if not drop.experiment.deformable and drop.experiment.kind != "free_flight":
-        columns["stretch"] = columns["stretch_unc"] = np.full(clip.count, np.nan)
+        columns |= dict.fromkeys(("stretch", "stretch_unc", "stretch_unc_random"), np.full(clip.count, np.nan))
     return columns
 
 

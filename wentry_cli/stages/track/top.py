@@ -18,12 +18,13 @@ from wentry_cli.stages.track.exposure import exposure_frames, fitting_level
 from wentry_cli.stages.track.rows import fit_columns, frame_status
 from wentry_cli.stages.track.side_result import SideResult
 from wentry_cli.tables import vouched
-from wentry_cli.tracking.scale import pool_radius, scale_from_radius
+from wentry_cli.tracking.scale import EDGE_MODEL_PX, pool_radius, scale_from_radius
 from wentry_cli.tracking.seed import find_faint_seed, find_seed
 from wentry_cli.tracking.sighting import Sighting
 from wentry_cli.tracking.top import (
     TopScale,
     magnification_at,
+    magnification_change,
     scale_from_approach,
     top_stretch,
     track_top,
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
     from wentry_cli.config.campaign import Drop
     from wentry_cli.config.models import View
 
-TOP_COLUMNS = ("center_x_px", "center_y_px", "radius_px", "radius_px_unc", "gated_fraction", "residual_rms_px")
+TOP_COLUMNS = ("center_x_px", "center_y_px", "radius_px", "gated_fraction", "residual_rms_px")
 SIDE_COLUMNS = ("t_s", "y_b_m", "y_b_m_unc", "stretch", "stretch_unc")
 SAID_SPEED_UNC = 0.04
 FEWEST_AT_REST = 3
@@ -88,16 +89,15 @@ def measure_top(drop: Drop, clip: Clip, ground: Background, sampled: list[int], 
     fits = fit_columns(clip.count, sightings)
     entry = _flight(drop, clip, side, fits) if drop.experiment.kind == "free_flight" else _entry(drop, clip, side, fits)
     radius_m = drop.experiment.sphere.radius_m
-    magnification = magnification_at(entry.height, entry.camera)
-    stretch, stretch_unc = top_stretch(fits["radius_px"], fits["radius_px_unc"], entry.scale, radius_m, magnification)
-    if side is not None:
-        stretch_unc = np.hypot(stretch_unc, side.shape_offset)
     columns: dict[str, Any] = {"frame": np.arange(clip.count), "t_s": clip.time_s - entry.impact_s[0]}
-    columns |= {name: fits[name] for name in TOP_COLUMNS}
+    columns |= {name: fits[name] for name in TOP_COLUMNS} | {"radius_px_unc_random": fits["radius_px_unc"]}
+    columns["radius_px_unc"] = np.hypot(fits["radius_px_unc"], EDGE_MODEL_PX)
     status = frame_status(clip.count, sightings)
     falling, ok = columns["t_s"] < 0.0, np.array(status) == "ok"
-    stretch_unc = np.hypot(stretch_unc, _at_rest(stretch, falling & ok))
-    columns |= {"stretch": stretch, "stretch_unc": stretch_unc, "status": status}
+    stretch, stretch_unc, random = _stretch(fits, entry, radius_m, falling & ok)
+    if side is not None:
+        stretch_unc = np.hypot(stretch_unc, side.shape_offset)
+    columns |= {"stretch": stretch, "stretch_unc": stretch_unc, "stretch_unc_random": random, "status": status}
     columns["status"] = vouched("top", columns)
     if drop.experiment.kind != "free_flight":
         _warn_where_unseen_in_air(drop, falling, ok)
@@ -113,6 +113,28 @@ def measure_top(drop: Drop, clip: Clip, ground: Background, sampled: list[int], 
     return TopResult(columns, entry.scale, entry.scale.px_m * radius_m, entry.impact_s, problem)
 
 
+def _stretch(
+    fits: dict[str, NDArray[np.float64]], entry: Entry, radius_m: float, falling: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """λ of every frame, its uncertainty, and what of that differs by chance from frame to frame.
+
+    Where the sphere is seen while it is ``falling`` and λ is 1, that tells what edge, scale, zero of the heights and
+    distance of the camera do to λ in all frames. How far λ is from 1 counts then, and what they do to a frame beyond
+    that, where it is less than what is said of them leaves open.
+    """
+    magnification = magnification_at(entry.height, entry.camera)
+    exact = np.zeros_like(fits["radius_px"])
+    stretch, common = top_stretch(fits["radius_px"], exact, entry.scale, radius_m, magnification)
+    random = stretch * fits["radius_px_unc"] / fits["radius_px"]
+    resting = falling & np.isfinite(stretch)
+    count = np.count_nonzero(resting)
+    if count < FEWEST_AT_REST:
+        return stretch, np.hypot(random, common), random
+    off = math.hypot(np.mean(stretch[resting]) - 1.0, np.mean(random[resting]) / math.sqrt(count))
+    change = stretch * magnification_change(entry.height, entry.camera, resting)
+    return stretch, np.hypot(random, np.hypot(np.fmin(common, change), stretch * off)), random
+
+
 def _warn_where_unseen_in_air(drop: Drop, falling: NDArray[np.bool_], ok: NDArray[np.bool_]) -> None:
     """Warn where frames are measured, but none of those in which the sphere still falls."""
     if np.sum(falling) >= FEWEST_AT_REST and ok.any() and not ok[falling].any():
@@ -121,12 +143,6 @@ def _warn_where_unseen_in_air(drop: Drop, falling: NDArray[np.bool_], ok: NDArra
             "is found after it may be something else: check polarity, roi_px and offset_s of views.top",
             extra=puts_in_doubt("sphere in the top view"),
         )
-
-
-def _at_rest(stretch: NDArray[np.float64], falling: NDArray[np.bool_]) -> float:
-    """How far the mean stretch before impact is from 1: there, the edge, the scale or the distance is as much wrong."""
-    seen = stretch[falling & np.isfinite(stretch)]
-    return abs(float(np.mean(seen)) - 1.0) if seen.size >= FEWEST_AT_REST else 0.0
 
 
 def _radius_range(drop: Drop) -> tuple[float, float]:
@@ -268,12 +284,14 @@ def _height(
     table = {name: np.asarray(side.columns[name], np.float64) for name in SIDE_COLUMNS}
     stretch = np.where(np.isfinite(table["stretch"]), table["stretch"], 1.0)
     doubt = np.nan_to_num(table["stretch_unc"])
-    height, unc = centre_height(table["y_b_m"], table["y_b_m_unc"], stretch, doubt, radius_m)
+    zero = side.surface.unc_px / side.scales.air
+    own = np.sqrt(np.maximum(table["y_b_m_unc"] ** 2 - zero**2, 0.0))
+    height, unc = centre_height(table["y_b_m"], own, stretch, doubt, radius_m)
     t_side = table["t_s"] + side.impact.time_s
     good = np.isfinite(height) & np.isfinite(unc) & np.isfinite(t_side)
     if np.count_nonzero(good) < 2:
         return fall, unknown
     inside = (time_s >= t_side[good][0]) & (time_s <= t_side[good][-1])
-    seen, gap = between_frames(t_side[good], Height(height[good], unc[good]), time_s)
+    seen, gap = between_frames(t_side[good], Height(height[good], unc[good], zero), time_s)
     value, spread = np.where(inside, seen.value_m, fall.value_m), np.where(inside, seen.unc_m, fall.unc_m)
-    return Height(value, spread), np.where(inside & ~gap, np.interp(time_s, t_side[good], stretch[good]), np.nan)
+    return Height(value, spread, zero), np.where(inside & ~gap, np.interp(time_s, t_side[good], stretch[good]), np.nan)
