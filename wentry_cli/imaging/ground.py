@@ -205,26 +205,34 @@ def fill_holes(level: NDArray[np.float32]) -> NDArray[np.float32]:
         rows = slice(max(0, top - margin), top + height + margin)
         columns = slice(max(0, left - margin), left + width + margin)
         block = level[rows, columns]
-        surface = _continued(block, max(1, max(width, height) // ACROSS_HOLE))
+        surface = _continued(block, max(width, height) // ACROSS_HOLE)
         filled[rows, columns] = np.where(labels[rows, columns] == label, surface, filled[rows, columns])
     return filled
 
 
 def _continued(block: NDArray[np.float32], step: int) -> NDArray[np.float32]:
-    """A smooth surface through the bright pixels of a block, NaN left out; ``step`` is the size of its finer parts."""
+    """A smooth surface through the bright pixels of a block, NaN left out.
+
+    ``step`` is the size of what bends otherwise than a quadratic surface, px; 0 where the hole is too small for it.
+    """
     known = ~np.isnan(block)
     bright = known & (block > 0.7 * np.nanpercentile(block, 80)) if known.any() else known
     if np.count_nonzero(bright) < 30:
         return np.full(block.shape, np.nanmean(block) if known.any() else 1.0, np.float32)
     quadratic = _quadratic(block, bright)
+    if step == 0:
+        return quadratic
     size = max(1, block.shape[1] // step), max(1, block.shape[0] // step)
     left = np.where(bright, block - quadratic, np.float32(0.0))
     share, mean = (cv2.resize(part, size, interpolation=cv2.INTER_AREA) for part in (bright.astype(np.float32), left))
     seen = share > 0.5
     if np.count_nonzero(seen) < FEWEST_BENT:
         return quadratic
+    from scipy.interpolate import RBFInterpolator
+
     places = np.argwhere(np.ones(seen.shape, bool)).astype(np.float64)
-    plate = _thin_plate(places[seen.ravel()], (mean[seen] / share[seen]).astype(np.float64), places)
+    beside = (mean[seen] / share[seen]).astype(np.float64)
+    plate = RBFInterpolator(places[seen.ravel()], beside, smoothing=STIFFNESS, kernel="thin_plate_spline")(places)
     bent = plate.reshape(seen.shape).astype(np.float32)
     across = cv2.resize(bent, (block.shape[1], block.shape[0]), interpolation=cv2.INTER_CUBIC)
     return np.asarray(quadratic + across, np.float32)
@@ -236,22 +244,3 @@ def _quadratic(block: NDArray[np.float32], known: NDArray[np.bool_]) -> NDArray[
     terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
     coefficients = np.linalg.lstsq(terms[known], block[known].astype(np.float64), rcond=None)[0]
     return np.asarray(terms @ coefficients, np.float32)
-
-
-def _thin_plate(
-    places: NDArray[np.float64], values: NDArray[np.float64], wanted: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """The thin plate of least bending (Duchon 1977) that passes near ``values`` at ``places`` (n, 2), as ``wanted``."""
-    count = len(places)
-    system = np.zeros((count + 3, count + 3))
-    system[:count, :count] = _bending(places, places) + STIFFNESS * np.eye(count)
-    system[:count, count] = system[count, :count] = 1.0
-    system[:count, count + 1 :], system[count + 1 :, :count] = places, places.T
-    weights = np.linalg.solve(system, np.append(values, np.zeros(3)))
-    return np.asarray(_bending(wanted, places) @ weights[:count] + weights[count] + wanted @ weights[count + 1 :])
-
-
-def _bending(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Deflection r² ln r of a thin plate at each of ``one`` (n, 2) under a load at each of ``other`` (m, 2)."""
-    square = np.sum((one[:, None] - other[None]) ** 2, axis=-1)
-    return np.asarray(0.5 * square * np.log(np.maximum(square, 1e-300)))
