@@ -14,6 +14,7 @@ from wentry_cli.frames import decoded, image_folder
 from wentry_cli.frames import video as video_module
 from wentry_cli.frames.decoded import decoded_once, found_once
 from wentry_cli.frames.formats import open_recording
+from wentry_cli.frames.reader import StoresRows
 
 COUNT, SHAPE = 5, (24, 36)
 
@@ -73,6 +74,24 @@ def test_what_a_caller_does_to_a_frame_is_not_seen_by_the_next(folder: Path, tmp
             frame = open_recording(folder).read(1)
             np.testing.assert_array_equal(frame, picture(1))
             frame[:] = 0
+
+
+def test_rows_of_a_decoded_frame_come_from_the_file_and_those_not_wanted_are_not_read(
+    folder: Path, calls: list[str], tmp_path: Path
+) -> None:
+    with decoded_once(tmp_path):
+        recording = open_recording(folder)
+        assert isinstance(recording, StoresRows)
+        assert recording.stored_rows(1, (4, 20), (20, 20)) is None  # it has not been decoded yet
+        recording.read(1)
+        found = recording.stored_rows(1, (4, 20), (9, 15))
+        assert found is not None
+        levels, first, packed = found
+        kept = np.r_[0:5, 11:16]
+        np.testing.assert_array_equal(levels[kept], picture(1)[4 + kept])
+        assert levels.shape == (16, SHAPE[1])
+        assert (first, packed) == (0, False)
+    assert calls == ["001.png"]
 
 
 def test_without_room_frames_are_decoded_again(

@@ -42,8 +42,11 @@ class BlockFile:
         if self._buffer.size < count:
             self._buffer = np.empty(count, np.uint8)
         view = self._buffer[:count]
-        self._fill(view[: unread[0]].data, offset)
-        self._fill(view[unread[1] :].data, offset + unread[1])
+        begin, end = unread
+        if begin > 0:
+            self._fill(view[:begin].data, offset)
+        if end < count:
+            self._fill(view[end:].data, offset + end)
         return view
 
     def bytes_at(self, offset: int, count: int) -> bytes:
@@ -51,15 +54,14 @@ class BlockFile:
         return self.read(offset, count).tobytes()
 
     def _fill(self, target: memoryview, offset: int) -> None:
-        done = 0
-        while done < len(target):
+        while len(target):
             try:
-                got = _read_at(self._descriptor, target[done:], offset + done)
+                got = _read_at(self._descriptor, target, offset)
             except OSError as error:
                 raise FrameUnreadableError(f"{self.path}: reading failed ({error.strerror})") from error
             if got == 0:
                 raise FrameUnreadableError(f"{self.path}: the file became shorter while it was read")
-            done += got
+            target, offset = target[got:], offset + got
 
 
 def _read_at(descriptor: int, target: memoryview, offset: int) -> int:

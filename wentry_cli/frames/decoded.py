@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.errors import FrameUnreadableError
-from wentry_cli.frames.reader import Frame, Recording, Region, checked_index, checked_region
+from wentry_cli.frames.reader import Frame, Recording, Region, StoredRows, checked_index, checked_region
 
 SHARE_OF_FREE = 0.25
 MOST_BYTES = 8_000_000_000
@@ -98,6 +98,7 @@ class _Once:
         self._recording, self._store = recording, store
         self._places: dict[int, tuple[int, np.dtype[Any]]] = {}
         self._passed = 0  # no frame before this one is kept on the way
+        self._buffer: NDArray[np.uint8] = np.empty(0, np.uint8)
         self.info = recording.info
         self.camera_frames = recording.camera_frames
         self.times_s = recording.times_s
@@ -110,15 +111,34 @@ class _Once:
         """Return frame ``index`` or a region of it, from the file where it was decoded before."""
         index = checked_index(index, self.info)
         x0, y0, x1, y1 = checked_region(region, self.info)
-        place = self._places.get(index)
-        if place is not None:
-            begin, kind = place
-            rows = np.empty((y1 - y0, self.info.width), kind)
-            if self._store.get(begin + y0 * self.info.width * kind.itemsize, rows):
-                return rows if x1 - x0 == self.info.width else rows[:, x0:x1].copy()
+        kept = self.stored_rows(index, (y0, y1), (y1, y1))
+        if kept:
+            return kept[0][:, x0:x1].copy()
         if self.info.in_sequence:
             self._keep_those_before(index)
-        return self._decode(index)[y0:y1, x0:x1].copy()
+        frame = self._decode(index)
+        part = frame[y0:y1, x0:x1]
+        return frame if part.size == frame.size else part.copy()
+
+    def stored_rows(self, index: int, rows: tuple[int, int], unread: tuple[int, int]) -> StoredRows | None:
+        """Return rows (first, behind the last) of a frame that lies in the file, valid until the next are read.
+
+        None where it does not. Those ``unread`` among them hold anything.
+        """
+        place = self._places.get(checked_index(index, self.info))
+        if place is None:
+            return None
+        begin, kind = place
+        width = self.info.width
+        _, first, _, end = checked_region((0, rows[0], width, rows[1]), self.info)
+        pitch = width * kind.itemsize
+        if self._buffer.size < (end - first) * pitch:
+            self._buffer = np.empty((end - first) * pitch, np.uint8)
+        levels = self._buffer[: (end - first) * pitch].view(kind).reshape(-1, width)
+        for top, stop in ((first, unread[0]), (unread[1], end)):
+            if stop > top and not self._store.get(begin + top * pitch, levels[top - first : stop - first]):
+                return None
+        return levels, 0, False
 
     def _decode(self, index: int) -> Frame:
         frame = np.ascontiguousarray(self._recording.read(index))

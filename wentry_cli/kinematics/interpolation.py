@@ -42,7 +42,7 @@ def lagrange_cubic(times: Array, values: Array, variance: Array, when: Array) ->
     """
     out = np.full(when.shape, np.nan)
     spread = np.full(when.shape, np.nan)
-    if times.size < 4:
+    if times.size < 4 or not np.isfinite(values).any():
         return out, spread
     tolerance = 1e-3 * float(np.median(np.diff(times)))
     for k, t in enumerate(when):

@@ -109,7 +109,7 @@ def find_oscillation(
     while extrema and not extrema[0].peak and not unseen:
         extrema = extrema[1:]
     spacing = np.gradient([e.time_s for e in extrema]) if len(extrema) > 1 else np.full(len(extrema), np.inf)
-    bends = np.abs(track.evaluate(np.array([e.time_s for e in extrema])).acceleration)
+    bends = np.abs(track.means(np.array([e.time_s for e in extrema]))[:, 2])
     beside = zip(extrema, 0.5 * spacing, bends.tolist(), strict=True)
     extrema = tuple(_with_common(e, track, spread[after], *other) for e, *other in beside)
     periods = _periods(track, extrema, unseen)
@@ -128,13 +128,13 @@ def _fine_times(track: SmoothTrack) -> Array:
 def _extrema(track: SmoothTrack) -> tuple[Extremum, ...]:
     """Every root of λ̇ with its kind, by the secant through the bracketing samples and one Newton step."""
     fine = _fine_times(track)
-    rates = track.evaluate(fine.ravel()).velocity.reshape(fine.shape)
+    rates = track.means(fine.ravel())[:, 1].reshape(fine.shape)
     between = rates[:, :-1] * rates[:, 1:] < 0.0
     start, end = fine[:, :-1][between], fine[:, 1:][between]
     rate, after = rates[:, :-1][between], rates[:, 1:][between]
     secant = start - rate * (end - start) / (after - rate)
-    there = track.evaluate(secant)
-    step = np.divide(-there.velocity, there.acceleration, out=np.zeros(rate.size), where=there.acceleration != 0.0)
+    _, speed, turn = track.means(secant).T
+    step = np.divide(-speed, turn, out=np.zeros(rate.size), where=turn != 0.0)
     roots = track.evaluate(np.clip(secant + step, start, end))
     bend = np.abs(roots.acceleration)
     unc = np.divide(roots.velocity_unc, bend, out=np.zeros(rate.size), where=bend > 0.0)
@@ -239,7 +239,7 @@ def _crossing(track: SmoothTrack, times: Array, mean: float, strides: tuple[int,
     None where it does not.
     """
     for stride in strides:
-        above = track.evaluate(times[::stride]).position - mean
+        above = track.means(times[::stride])[:, 0] - mean
         rising = np.flatnonzero((above[:-1] < 0.0) & (above[1:] >= 0.0))
         if not rising.size:
             return None

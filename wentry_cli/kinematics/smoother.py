@@ -11,6 +11,7 @@ Techet 2010, the paper's route); they are the same model without events, so they
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -21,7 +22,7 @@ from wentry_cli.kinematics import roughness
 from wentry_cli.kinematics.averaging import members
 from wentry_cli.kinematics.hyperparameters import fit_pass, fit_plain
 from wentry_cli.kinematics.outliers import correlation_widening, first_suspects, late_suspects, scatter_ratio
-from wentry_cli.kinematics.state_pass import Ballistic, StatePass, prepare, smooth
+from wentry_cli.kinematics.state_pass import Ballistic, Places, StatePass, prepare, smooth
 
 Array = NDArray[np.float64]
 Mode = Literal["impact_aware", "gcv", "epps"]
@@ -95,6 +96,10 @@ class SmoothTrack:
         if not self.mixture:
             return _empty(times)
         return _blend(self.mixture, times, self.events_s, before, self.rough).widened(self.widening)
+
+    def means(self, times_s: Array) -> Array:
+        """Return position, velocity and acceleration, (n, 3), as ``evaluate`` does; of what has been smoothed."""
+        return _mean(self.mixture, times_s, self.events_s)
 
 
 def smooth_track(
@@ -171,25 +176,11 @@ def _fit(
 
 
 def _blend(mixture: Mixture, times: Array, events: Array, before: bool, rough: float) -> TrackState:
-    """Mix the smoothings by their shares; one of share 0 counts near events only, where it takes from the others.
-
-    The error bars hold as much roughness as the record shows.
-    """
-    near = np.zeros(times.shape)
-    if events.size and any(share == 0.0 for share, _ in mixture):
-        distance = np.min(np.abs(times[:, None] - events[None, :]), axis=1) / mixture[0][1].record.interval_s
-        near = NEAR_EVENT_SHARE * np.clip(2.0 - distance / NEAR_EVENT_FRAMES, 0.0, 1.0)
+    """Mix the smoothings by their shares. The error bars hold as much roughness as the record shows."""
     states, squares = np.zeros((times.size, 3)), np.zeros((times.size, 3, 3))
-    record = mixture[0][1].record
-    places = record.places(times, before=before)
     first = np.zeros((times.size, 3))
-    for member, (share, smoothing) in enumerate(mixture):
-        part = np.flatnonzero(near) if share == 0.0 else slice(None)
-        weight = near[part] if share == 0.0 else share * (1.0 - near)
-        if smoothing.record is record:
-            own, spread = smoothing.at(places)
-        else:
-            own, spread = smoothing.evaluate(times[part], before=before)
+    for member, (smoothing, part, weight, places) in enumerate(_weighted(mixture, times, events, before)):
+        own, spread = smoothing.at(places)
         if member == 0:
             first = own
         off = own - first[part]
@@ -199,6 +190,39 @@ def _blend(mixture: Mixture, times: Array, events: Array, before: bool, rough: f
     states += first
     blended = TrackState(times, states[:, 0], states[:, 1], states[:, 2], covariance)
     return blended.widened(roughness.bar_factors(mixture[0][1], times, events, NEAR_EVENT_FRAMES, rough))
+
+
+def _mean(mixture: Mixture, times: Array, events: Array) -> Array:
+    """The states (n, 3) that ``_blend`` gives, without their covariances, which cost more."""
+    states, first = np.zeros((times.size, 3)), np.zeros((times.size, 3))
+    for member, (smoothing, part, weight, places) in enumerate(_weighted(mixture, times, events, False)):
+        own = smoothing.means_at(places)
+        if member == 0:
+            first = own
+        states[part] += weight[:, None] * (own - first[part])
+    return states + first
+
+
+def _weighted(
+    mixture: Mixture, times: Array, events: Array, before: bool
+) -> Iterator[tuple[StatePass, NDArray[np.intp] | slice, Array, Places]]:
+    """Each smoothing with those of the times at which it counts, its weight there, and where these lie in its record.
+
+    One of share 0 counts near events only, where it takes from the others.
+    """
+    near = np.zeros(times.shape)
+    if events.size and any(share == 0.0 for share, _ in mixture):
+        distance = np.min(np.abs(times[:, None] - events[None, :]), axis=1) / mixture[0][1].record.interval_s
+        near = NEAR_EVENT_SHARE * np.clip(2.0 - distance / NEAR_EVENT_FRAMES, 0.0, 1.0)
+    record = mixture[0][1].record
+    everywhere, somewhere = record.places(times, before=before), np.flatnonzero(near)
+    for share, smoothing in mixture:
+        if share > 0.0:
+            own = smoothing.record is record
+            places = everywhere if own else smoothing.record.places(times, before=before)
+            yield smoothing, slice(None), share * (1.0 - near), places
+        elif somewhere.size:
+            yield smoothing, somewhere, near[somewhere], smoothing.record.places(times[somewhere], before=before)
 
 
 def _empty(times: Array) -> TrackState:

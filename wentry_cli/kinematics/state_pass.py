@@ -164,6 +164,20 @@ class StatePass:
 
     def at(self, places: Places) -> tuple[Array, Array]:
         """As ``evaluate``, at places of its record."""
+        states, spread = self._joined(places)
+        unit = self._unit
+        return states * unit, spread[:, :3, :3] * np.outer(unit, unit) * self.noise_scale**2
+
+    def means_at(self, places: Places) -> Array:
+        """Return the states (n, 3) alone, at places of its record."""
+        return self._joined(places)[0] * self._unit
+
+    @property
+    def _unit(self) -> Array:
+        return np.asarray(self.record.noise_m / self.record.interval_s ** np.arange(3))
+
+    def _joined(self, places: Places) -> tuple[Array, Array]:
+        """States (n, 3) and covariances in frames and standard deviations of the noise."""
         record = self.record
         deviation, spread = two_filters.evaluate(
             places.frames,
@@ -176,10 +190,7 @@ class StatePass:
             self.filtered,
             self.ahead,
         )
-        unit = record.noise_m / record.interval_s ** np.arange(3)
-        states = (deviation[:, :3] + places.polynomial) * unit
-        covariance = spread[:, :3, :3] * np.outer(unit, unit) * self.noise_scale**2
-        return states, covariance
+        return deviation[:, :3] + places.polynomial, spread
 
     def leverage(self, covariance: Array, variance: Array) -> Array:
         """Return V/r: of a frame that was used, the share of its own measurement in its smoothed position (< 1).

@@ -62,9 +62,9 @@ def filter_forward(
 
 @compiled
 def filter_backward(nodes: Array, law: Array, events: Array, strengths: Array, m: int) -> tuple[Array, Array]:
-    """Return information vectors (n, 4) and roots (n, 4, 4) of what each node and all after it know, just before it."""
+    """Return information vectors (n, 2, 4) and roots (n, 2, 4, 4): of what all after a node know, and with the node."""
     n = nodes.shape[0]
-    vectors, roots = np.zeros((n, ORDER)), np.zeros((n, ORDER, ORDER))
+    vectors, roots = np.zeros((n, 2, ORDER)), np.zeros((n, 2, ORDER, ORDER))
     unit, noise, wide = unit_root(m), np.empty((ORDER, ORDER)), np.empty((ORDER, ORDER + 1))
     z, R = np.zeros((ORDER, 1)), np.zeros((ORDER, ORDER))
     for k in range(n - 1, -1, -1):
@@ -72,6 +72,7 @@ def filter_backward(nodes: Array, law: Array, events: Array, strengths: Array, m
             step = nodes[k + 1, 0] - nodes[k, 0]
             scale_noise(unit, step, density(law, events, strengths, nodes[k, 0], nodes[k + 1, 0]), noise)
             recall(z, R, step, noise)
+        vectors[k, 0], roots[k, 0] = z[:, 0], R
         event = int(nodes[k, 3])
         if event >= 0:
             jump_root(law, strengths[event], nodes[k], m, noise)
@@ -82,8 +83,7 @@ def filter_backward(nodes: Array, law: Array, events: Array, strengths: Array, m
             wide[0, ORDER] = 1.0 / math.sqrt(nodes[k, 2])
             triangular(wide, R)
             z[0, 0] += nodes[k, 1] / nodes[k, 2]
-        vectors[k] = z[:, 0]
-        roots[k] = R
+        vectors[k, 1], roots[k, 1] = z[:, 0], R
     return vectors, roots
 
 
@@ -114,21 +114,21 @@ def evaluate(
         here = nodes[k, 0] if back else max(queries[i], nodes[k, 0])
         x[:, 0] = filtered[0][k]
         S[:] = filtered[1][k]
-        # the filter crossed this gap with one mean density: any other here would not match it
-        q = density(law, events, strengths, nodes[k, 0], nodes[k + 1, 0] if k < last else here)
         step = here - nodes[k, 0]
-        if step > 0.0:
+        if step == 0.0:  # the filter from behind has been here too
+            z[:, 0], R[:] = ahead[0][k, 0], ahead[1][k, 0]
+        else:
+            # the filters crossed this gap with one mean density: any other here would not match them
+            q = density(law, events, strengths, nodes[k, 0], nodes[k + 1, 0] if k < last else here)
             scale_noise(unit, step, q, noise)
             advance(x, step)
             advance(S, step)
             widen(S, noise, wide)
-        z[:] = 0.0
-        R[:] = 0.0
-        if k < last:
-            z[:, 0] = ahead[0][k + 1]
-            R[:] = ahead[1][k + 1]
-            scale_noise(unit, nodes[k + 1, 0] - here, q, noise)
-            recall(z, R, nodes[k + 1, 0] - here, noise)
+            z[:], R[:] = 0.0, 0.0
+            if k < last:
+                z[:, 0], R[:] = ahead[0][k + 1, 1], ahead[1][k + 1, 1]
+                scale_noise(unit, nodes[k + 1, 0] - here, q, noise)
+                recall(z, R, nodes[k + 1, 0] - here, noise)
         join(x[:, 0], S, z[:, 0], R, work)
         if back:
             predict(x[:, 0], S, queries[i] - here, 0.0)

@@ -110,15 +110,15 @@ class _Looks:
 
     def __init__(self, opened: OpenView) -> None:
         strips = _strips(opened.info)
-        self._opened = opened
+        self._recording, self._full_scale = opened.recording, int(opened.full_scale)
         self._wanted: list[Region | None] = [None] if strips is None else [*strips]
         self._last: tuple[list[Frame], list[int], int] = ([], [], -1)
         self.repeated: list[int] = []
 
     def level(self, index: int) -> tuple[float, float]:
         """Mean level and share of clipped pixels; raises ``FrameUnreadableError``."""
-        parts = [self._opened.recording.read(index, region) for region in self._wanted]
-        found = [sum_and_clipped(part, int(self._opened.full_scale)) for part in parts]
+        parts = [self._recording.read(index, region) for region in self._wanted]
+        found = [sum_and_clipped(part, self._full_scale) for part in parts]
         sums, size = [total for total, _ in found], sum(part.size for part in parts)
         before, before_sums, last = self._last
         if sums == before_sums and all(np.array_equal(*pair) for pair in zip(parts, before, strict=True)):
@@ -128,8 +128,7 @@ class _Looks:
         return sum(sums) / size, sum(clipped for _, clipped in found) / size
 
     def _equal(self, index: int, other: int) -> bool:
-        recording = self._opened.recording
-        return bool(np.array_equal(recording.read(index), recording.read(other)))
+        return bool(np.array_equal(self._recording.read(index), self._recording.read(other)))
 
 
 def tell_notes(drop: Drop, name: str, info: RecordingInfo) -> None:

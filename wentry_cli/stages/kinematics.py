@@ -120,8 +120,9 @@ def _entry(folder: Path, drop: Drop) -> dict[str, Any] | None:
         return None
     side, geometry = read_table(folder, "side"), first_row(folder, "geometry", view="side")
     times = column(side, "t_s")
-    _tell_of_fall(drop, fall_in_air(drop, side, geometry))
-    motion = _motion(folder, drop, (side, geometry), _stretch(folder, drop, times), None)
+    fall = fall_in_air(drop, side, geometry)
+    _tell_of_fall(drop, fall)
+    motion = _motion(folder, drop, (side, geometry, fall), _stretch(folder, drop, times), None)
     x, _ = _positions(side, geometry, origin_y_px=math.nan)
     columns: dict[str, Any] = {"frame": side["frame"].to_numpy(), "t_s": times, "x_c_m": x} | motion_columns(motion)
     columns["status"] = _words(side, columns, motion, _early_until(folder, drop))
@@ -150,24 +151,24 @@ def entry_motion(
 
     ``bottom`` defaults to ``y_b_m`` of ``side.csv``. The stages ``kinematics`` and ``model`` both come through here.
     """
-    tables = read_table(folder, "side"), first_row(folder, "geometry", view="side")
-    return _motion(folder, drop, tables, stretch, bottom)
+    side, geometry = read_table(folder, "side"), first_row(folder, "geometry", view="side")
+    return _motion(folder, drop, (side, geometry, fall_in_air(drop, side, geometry)), stretch, bottom)
 
 
 def _motion(
     folder: Path,
     drop: Drop,
-    tables: tuple[pd.DataFrame, dict[str, Any]],
+    seen: tuple[pd.DataFrame, dict[str, Any], Fall | None],
     stretch: tuple[Array, Array],
     bottom: tuple[Array, Array] | None,
 ) -> EntryMotion:
-    side, geometry = tables
+    side, geometry, fall = seen
     return solve_entry_motion(
         column(side, "t_s"),
         bottom or (column(side, "y_b_m"), column(side, "y_b_m_unc")),
         stretch,
         drop.experiment.sphere.radius_m,
-        ballistic=_known_of_fall(side, geometry, drop),
+        ballistic=_known_of_fall(side, geometry, fall, drop),
         mode=drop.experiment.analysis.smoother,
         slow_s=_slow(folder, side, drop),
         fixed_m=_fixed(geometry, column(side, "t_s")),
@@ -220,7 +221,7 @@ def _stretch(folder: Path, drop: Drop, times: Array) -> tuple[Array, Array]:
     return column(table, "stretch"), column(table, "stretch_unc")
 
 
-def _known_of_fall(side: pd.DataFrame, geometry: dict[str, Any], drop: Drop) -> Ballistic:
+def _known_of_fall(side: pd.DataFrame, geometry: dict[str, Any], fall: Fall | None, drop: Drop) -> Ballistic:
     """What is known of the fall before impact, and how far a change of scale at the waterline may shift the heights.
 
     Nothing is known of the acceleration of a fall that contradicts gravity.
@@ -236,7 +237,6 @@ def _known_of_fall(side: pd.DataFrame, geometry: dict[str, Any], drop: Drop) -> 
         experiment.sphere.density or NOMINAL_DENSITY,
         position_jump_m=_by_axis(geometry),
     )
-    fall = fall_in_air(drop, side, geometry)
     return known if fall is None or fall.falls else replace(known, acceleration=math.nan)
 
 
