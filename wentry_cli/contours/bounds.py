@@ -105,10 +105,12 @@ def smeared_information(smear_px: Floats, edge: tuple[float, float, float, float
 
 def pixels_across(points: Floats, normals: Floats, picture: Floats) -> Floats:
     """The pixels of a picture, the centre of the first at (0, 0), at each of DEPTHS of each point; 0 beyond it."""
-    x, y = np.moveaxis(np.rint(points[:, None] + DEPTHS[:, None] * normals[:, None]).astype(np.intp), -1, 0)
-    rows, columns = picture.shape
-    there = (x >= 0) & (x < columns) & (y >= 0) & (y < rows)
-    return np.where(there, picture[np.clip(y, 0, rows - 1), np.clip(x, 0, columns - 1)], 0.0)
+    framed = np.pad(picture, 1)
+    column, row = (
+        np.clip(points[:, axis, None] + normals[:, axis, None] * DEPTHS + 1.5, 0.0, size - 0.5).astype(np.int32)
+        for axis, size in enumerate(framed.shape[::-1])
+    )
+    return np.asarray(framed.ravel()[row * framed.shape[1] + column])
 
 
 def cramer_rao_bound(
@@ -138,21 +140,22 @@ def cramer_rao_bound(
     """
     points, normals, jacobian, length = arc_nodes(shape)
     kept = (points[:, 1] >= visible_top(shape, visible)) & (points[:, 0] < right_px)
+    points, normals, jacobian, length = points[kept], normals[kept], jacobian[kept], length[kept]
     smear = np.abs(normals @ np.array(motion_px))
     dark = noise if noise_dark is None else noise_dark
-    left = np.ones((ARC_NODES, DEPTHS.size)) if counts is None else pixels_across(points, normals, counts)
+    left = np.ones((len(points), DEPTHS.size)) if counts is None else pixels_across(points, normals, counts)
     local = smeared_information(smear, (noise, dark, blur_px, contrast), left)
     names = free.split()
     columns = [PARAMETERS.index(name) for name in names]
     size = len(columns)
-    chain = np.zeros((ARC_NODES, 4, size + 5))
+    chain = np.zeros((len(points), 4, size + 5))
     chain[:, 0, :size] = jacobian[:, columns]
     chain[:, 1, size] = 1.0
     chain[:, 2, size + 1] = 1.0
     chain[:, 2, size + 2] = (points[:, 0] - shape.x) / shape.radius
     chain[:, 2, size + 3] = (points[:, 1] - shape.y) / shape.radius
     chain[:, 3, size + 4] = 1.0
-    information = np.einsum("kia,kij,kjb,k->ab", chain[kept], local[kept], chain[kept], length[kept], optimize=True)
+    information = np.einsum("kia,kij,kjb,k->ab", chain, local, chain, length, optimize=True)
     full = np.linalg.inv(information)[:size, :size]
     covariance = np.zeros((5, 5))
     covariance[np.ix_(columns, columns)] = full
