@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from wentry_cli.bench.kept import MADE, UNKNOWN, Chapter, check_folder, read_makers, renew, table_of
+from wentry_cli.bench.kept import MADE, UNKNOWN, Chapter, check_folder, keep_peers, read_makers, renew, table_of
 from wentry_cli.bench.page import write_page
 from wentry_cli.bench.row import BenchRow
 from wentry_cli.bench.table import csv_of, read_csv
@@ -106,3 +106,22 @@ def test_a_quick_look_and_a_measurement_do_not_mix(folder: Path, tmp_path_factor
     (folder / MADE).unlink()  # tables of a version that noted no command: measured in full
     with pytest.raises(InputError, match="holds chapters measured in full"):
         check_folder(folder, quick=True)
+
+
+def test_rows_of_peers_stay_behind_ours_and_the_page_says_who_measured_them(folder: Path, tmp_path_factory) -> None:
+    (row,) = rows_of("solvers", 5.0)
+    old = [replace(row, case=case, method=name) for case in "AB" for name in ("wentry, gone", "wentry", "peer")]
+    renew(folder, [Chapter("solvers", old, FIRST)], ORDER)
+    fresh = [replace(row, case=case, method="wentry", rmse=1.0) for case in "AB"]
+    alone = ("wentry bench --ours --seed 2", "wentry 0.2.0")
+    for _ in range(2):
+        kept = keep_peers(folder, Chapter("solvers", fresh, alone))
+        assert [(row.case, row.method) for row in kept.rows] == [
+            ("A", "wentry"), ("A", "peer"), ("B", "wentry"), ("B", "peer")
+        ]  # fmt: skip
+        assert kept.rows[0].rmse == 1.0
+        assert kept.rows[1].rmse == THIRD
+        assert kept.maker == ("wentry bench --ours --seed 2 (peers: wentry bench --seed 1)", "wentry 0.2.0")
+        renew(folder, [kept], ORDER)
+    nothing = tmp_path_factory.mktemp("nothing")
+    assert keep_peers(nothing, Chapter("solvers", fresh, alone)) == Chapter("solvers", fresh, alone)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.ndimage import gaussian_filter
 
 from wentry_cli.contours.bounds import cramer_rao_bound, edge_information, visible_top
 from wentry_cli.contours.ellipse import EllipseShape
@@ -59,3 +60,58 @@ def test_more_arc_and_fewer_parameters_never_hurt(stretch, visible):
 def test_half_of_the_arc_lies_below_the_centre():
     assert visible_top(EllipseShape(5.0, 70.0, 40.0, 1.3), 0.5) == pytest.approx(70.0, abs=0.2)
     assert visible_top(EllipseShape(5.0, 70.0, 40.0, 1.3), 1.0) == -np.inf
+
+
+FINE, SIDE, BLUR = 4, 140, 1.2
+
+
+def picture(change=()):
+    """A dark ellipse on a ground of level 1, blurred on a fine grid; ``change`` moves x, y, stretch, and nuisances."""
+    x, y, stretch, inside, outside, across, down, ln_blur = (
+        np.array([70.1, 68.3, 1.2, 0.1, 1.0, 0.0, 0.0, 0.0]) + change
+    )
+    row, column = np.mgrid[: SIDE * FINE, : SIDE * FINE] / FINE
+    a, b = 40.0 * stretch, 40.0 / stretch**2
+    u, v = (column - x) / a, (row - y) / b
+    radius = np.hypot(u, v)
+    distance = (radius - 1.0) * radius / np.hypot(u / a, v / b)
+    covered = gaussian_filter(np.clip(0.5 - FINE * distance, 0.0, 1.0), FINE * BLUR * math.exp(ln_blur))[::FINE, ::FINE]
+    ground = outside + across * (column - 70.1)[::FINE, ::FINE] / 40.0 + down * (row - 68.3)[::FINE, ::FINE] / 40.0
+    return inside * covered + ground * (1.0 - covered), distance[::FINE, ::FINE]
+
+
+@pytest.fixture(scope="module")
+def derivatives():
+    """Change of each pixel with x, y, stretch and the nuisances (8, rows, columns), and its distance from the edge."""
+    steps = np.diag([0.2, 0.2, 0.004, 0.01, 0.01, 0.01, 0.01, 0.02])
+    slopes = [(picture(step)[0] - picture(-step)[0]) / (2.0 * step.sum()) for step in steps]
+    return np.array(slopes), picture(np.zeros(8))[1]
+
+
+@pytest.mark.parametrize("dimmed_to", [0.0, 0.6])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_of_what_is_left_the_pixels_tell_as_much_as_their_derivatives_say(derivatives, dimmed_to, seed):
+    slopes, distance = derivatives
+    rng = np.random.default_rng(seed)
+    row, column = np.mgrid[:SIDE, :SIDE]
+    seen = np.ones((SIDE, SIDE))
+    for angle, size in zip(rng.uniform(0.0, 2.0 * np.pi, 9), rng.uniform(4.0, 10.0, 9), strict=True):
+        centre = 70.1 + 48.0 * np.cos(angle), 68.3 + 27.8 * np.sin(angle)
+        seen[np.hypot(column - centre[0], row - centre[1]) < size] = dimmed_to
+    told = (slopes * seen)[:, np.abs(distance) < 12.0]
+    expected = 0.01 * np.sqrt(np.diag(np.linalg.inv(told @ told.T)))[:3]
+    shape = EllipseShape(70.1, 68.3, 40.0, 1.2)
+    found = cramer_rao_bound(shape, noise=0.01, blur_px=BLUR, contrast=0.9, counts=seen**2)
+    assert [found.x_px, found.y_px, found.stretch] == pytest.approx(expected, rel=0.03)
+    whole = cramer_rao_bound(shape, noise=0.01, blur_px=BLUR, contrast=0.9)
+    assert found.y_px > 1.1 * whole.y_px
+
+
+@pytest.mark.parametrize("motion_px", [(0.0, 0.0), (1.0, 3.0)])
+def test_a_picture_that_nothing_hides_is_as_none(motion_px):
+    shape = EllipseShape(70.1, 68.3, 40.0, 1.2)
+    one = cramer_rao_bound(shape, noise=0.01, visible=0.6, motion_px=motion_px, counts=np.ones((SIDE, SIDE)))
+    other = cramer_rao_bound(shape, noise=0.01, visible=0.6, motion_px=motion_px)
+    assert one.covariance == pytest.approx(other.covariance, rel=1e-9)
+    with pytest.raises(np.linalg.LinAlgError):
+        cramer_rao_bound(shape, noise=0.01, motion_px=motion_px, counts=np.zeros((SIDE, SIDE)))

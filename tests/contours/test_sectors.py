@@ -5,9 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from wentry_cli.contours.likelihood import STATE, SUMS, accumulate
+from wentry_cli.contours.likelihood import GO, OO, STATE, SUMS, accumulate
 from wentry_cli.contours.nuisances import noise_levels
-from wentry_cli.contours.sectors import GRADIENT, INSIDE, INV_S, OUTSIDE, VERDICT, WEIGHT, hear_sectors, weigh_sectors
+from wentry_cli.contours.sectors import (
+    GRADIENT,
+    INSIDE,
+    INV_S,
+    OUTSIDE,
+    VERDICT,
+    WEIGHT,
+    hear_sectors,
+    level_spread,
+    weigh_sectors,
+)
 
 SECTORS, PIXELS, NOISE = 60, 24, 0.01
 DARK, BRIGHT = 0.1, 1.0
@@ -56,7 +66,7 @@ def test_a_sector_is_left_out_by_how_unlikely_its_pixels_are(seed: int) -> None:
     verdict = np.zeros((SECTORS, VERDICT))
     spread = np.full(2, 1e-6)
     hear_sectors(sums_of(rng, off=np.zeros(SECTORS), extra=extra), spread, verdict)
-    weigh_sectors(verdict, 60.0, False, True)
+    weigh_sectors(verdict, 60.0, False, True, np.zeros(SECTORS))
     assert (verdict[[10, 40], WEIGHT] == 0.0).all()
     honest = np.delete(verdict[:, WEIGHT], [9, 10, 11, 39, 40, 41])
     assert np.mean(honest > 0.9) > 0.95
@@ -67,7 +77,7 @@ def test_more_noise_everywhere_leaves_no_sector_out() -> None:
     rng = np.random.default_rng(4)
     verdict = np.zeros((SECTORS, VERDICT))
     hear_sectors(sums_of(rng, off=np.zeros(SECTORS), extra=np.full(SECTORS, 2.2)), np.full(2, 1e-6), verdict)
-    weigh_sectors(verdict, 60.0, False, True)
+    weigh_sectors(verdict, 60.0, False, True, np.zeros(SECTORS))
     assert np.mean(verdict[:, WEIGHT] > 0.9) > 0.95
 
 
@@ -83,9 +93,39 @@ def test_what_lies_farther_outside_is_doubted_more_where_much_is_hidden() -> Non
             verdict = np.zeros((SECTORS, VERDICT))
             sums = sums_of(np.random.default_rng(seed), off=np.zeros(SECTORS), extra=extra, shift=shift)
             hear_sectors(sums, np.full(2, 1e-6), verdict)
-            weigh_sectors(verdict, 60.0, False, False)
+            weigh_sectors(verdict, 60.0, False, False, np.zeros(SECTORS))
             weights.append(verdict[[20, 30], WEIGHT])
         kept[hidden] = np.mean(weights, axis=0)
     assert kept[0].min() > 0.3
     assert kept[15][0] < 0.6 * kept[0][0]
     assert kept[15][1] == pytest.approx(kept[0][1], abs=0.1)
+
+
+def test_where_the_outline_is_not_known_a_sector_off_it_is_kept() -> None:
+    shift = np.zeros(SECTORS)
+    shift[[20, 40]] = 0.2
+    verdict, loose = np.zeros((SECTORS, VERDICT)), np.zeros(SECTORS)
+    hear_sectors(
+        sums_of(np.random.default_rng(5), off=np.zeros(SECTORS), extra=np.ones(SECTORS), shift=shift),
+        np.full(2, 1e-6),
+        verdict,
+    )
+    loose[20] = 0.1**2
+    weigh_sectors(verdict, 60.0, False, False, loose)
+    assert verdict[20, WEIGHT] == 1.0
+    assert verdict[40, WEIGHT] == 0.0
+
+
+def test_what_stands_before_the_ground_does_not_make_it_uneven() -> None:
+    sums = sums_of(np.random.default_rng(6), off=np.zeros(SECTORS), extra=np.ones(SECTORS))
+    spread = np.zeros(2)
+    level_spread(sums, spread, 1e-3)
+    assert spread == pytest.approx([1e-6, 1e-6])  # the least
+    hidden = np.arange(0, SECTORS, 2)
+    for _ in range(2):
+        sums[hidden, GO] -= 0.5 * sums[hidden, OO]
+        hidden = np.arange(1, SECTORS, 6)
+    level_spread(sums, spread, 1e9)
+    assert spread[1] > 0.1**2
+    level_spread(sums, spread, 1e-3)
+    assert spread[1] == 1e-3

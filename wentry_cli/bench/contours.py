@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wentry_cli.bench.outline_cases import CASES, QUICK, Case
-from wentry_cli.bench.outline_frames import QUANTITIES, Frame, bounds_of, draw_frame
+from wentry_cli.bench.outline_frames import QUANTITIES, Frame, bounds_left, bounds_of, draw_frame
 from wentry_cli.bench.outline_peers import SLOW, Recipe, recipes
 from wentry_cli.bench.row import BenchRow
 from wentry_cli.contours.circle import Circle, fit_circle
@@ -38,29 +38,35 @@ FRAMES, PEER_FRAMES, SLOW_FRAMES, QUICK_FRAMES = 1000, 200, 40, 6
 GROSS_PX = 5.0
 # Called good, but off by more than so many stated uncertainties and so many pixels.
 FALSE_SIGMA, FALSE_PX = 5.0, 0.1
+# Median of the absolute value of a normal deviate of unit variance.
+NORMAL_MEDIAN = 0.6745
 
 
-def run(quick: bool, seed: int) -> list[BenchRow]:
-    """Place, stretch and lowest row of each method on each case; ``quick`` takes four cases of 6 frames."""
+def run(quick: bool, seed: int, *, peers: bool = True) -> list[BenchRow]:
+    """Place, stretch and lowest row of each method on each case; ``quick`` takes four cases of 6 frames.
+
+    Without ``peers`` ours alone.
+    """
     cases = [case for case in CASES if case.name in QUICK] if quick else list(CASES)
-    measure = partial(measure_case, seed=seed, quick=quick)
+    measure = partial(measure_case, seed=seed, quick=quick, peers=peers)
     if quick:
         return [row for case in cases for row in measure(case)]
-    measure(CASES[0], quick=True)  # compiles, once
+    measure(CASES[0], quick=True, peers=False)  # compiles, once
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         return [row for rows in pool.map(measure, cases) for row in rows]
 
 
-def measure_case(case: Case, *, seed: int, quick: bool) -> list[BenchRow]:
-    """Rows of every method on one case."""
+def measure_case(case: Case, *, seed: int, quick: bool, peers: bool) -> list[BenchRow]:
+    """Rows of every method on one case, without ``peers`` of ours."""
     count = QUICK_FRAMES if quick else FRAMES
     frames = [draw_frame(case, seed, number) for number in range(count)]
+    left = np.stack([bounds_left(case, frame) for frame in frames]) if case.droplets else None
     rows: list[BenchRow] = []
     for level in LEVELS:
-        rows += rows_of(case, f"wentry {level}", frames, ours(level, case))
+        rows += rows_of(case, f"wentry {level}", frames, ours(level, case), left)
     if case.droplets:
-        rows += rows_of(case, TOLD, frames, told_what_is_hidden(case))
-    for name, recipe in recipes().items():
+        rows += rows_of(case, TOLD, frames, told_what_is_hidden(case), left)
+    for name, recipe in recipes().items() if peers else ():
         few = frames[: SLOW_FRAMES if name in SLOW else PEER_FRAMES]
         rows += rows_of(case, name, few, theirs(recipe))
     return rows
@@ -132,8 +138,11 @@ def theirs(recipe: Recipe) -> Method:
     return measure
 
 
-def rows_of(case: Case, name: str, frames: list[Frame], method: Method) -> list[BenchRow]:
-    """A row a quantity of one method on one case; the first call, which compiles, is not timed."""
+def rows_of(case: Case, name: str, frames: list[Frame], method: Method, left: Floats | None = None) -> list[BenchRow]:
+    """A row a quantity of one method on one case; the first call, which compiles, is not timed.
+
+    ``left`` are the `bounds_left` of the frames where a part of them is hidden.
+    """
     method(frames[0])
     level = name.removeprefix("wentry ")
     shape = (len(frames), len(QUANTITIES))
@@ -151,11 +160,31 @@ def rows_of(case: Case, name: str, frames: list[Frame], method: Method) -> list[
     worst = np.nanmax(np.where(np.isnan(error), 0.0, np.abs(error * scale))[:, :4], axis=1)
     far = (np.abs(error) > FALSE_SIGMA * unc) & (np.abs(error * scale) > FALSE_PX)
     shares = (float(np.mean(far[:, :4].any(axis=1))), float(np.median(times)))
-    return [
+    rows = [
         _row(case, name, column, (error[:, column], unc[:, column], worst > GROSS_PX), (*shares, bounds[column]))
         for column in range(len(QUANTITIES))
         if np.isfinite(values[:, column]).any() or column < 4
     ]
+    if left is None:
+        return rows
+    good = worst <= GROSS_PX
+    return [_against_left(row, error[good, n], left[..., n], good, bounds[n]) for n, row in enumerate(rows)]
+
+
+def _against_left(row: BenchRow, error: Floats, left: Floats, good: NDArray[np.bool_], bound: float) -> BenchRow:
+    """The row with what is left of its frames: ``left`` (frames, 2) as in `bounds_left`, ``error`` of the good ones."""
+    told, known = np.sqrt(np.mean(left**2, axis=0)) / bound
+    pull = error / left[good, 0]
+    pull = pull[np.isfinite(pull)]
+    if not pull.size:
+        return replace(row, limit=float(told), limit_known=float(known))
+    return replace(
+        row,
+        limit=float(told),
+        limit_known=float(known),
+        ratio_to_left=float(np.sqrt(np.mean(pull**2))),
+        ratio_to_left_median=float(np.median(np.abs(pull))) / NORMAL_MEDIAN,
+    )
 
 
 def _row(

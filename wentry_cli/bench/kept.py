@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from wentry_cli.bench.row import BenchRow
@@ -15,6 +15,7 @@ from wentry_cli.tables import write_text
 
 MADE = "accuracy_made.csv"
 UNKNOWN = ("an earlier run", "versions that were not noted")
+OURS, PEERS = "wentry", " (peers: "
 Maker = tuple[str, str]
 """The command that measured a chapter, and the versions of what it ran on."""
 
@@ -59,6 +60,24 @@ def renew(folder: Path, fresh: Iterable[Chapter], order: Iterable[str]) -> list[
     there = [name for name in order if table_of(folder, name).is_file()]
     found = [Chapter(name, read_csv(table_of(folder, name)), makers.get(name, UNKNOWN)) for name in there]
     return [chapter for chapter in found if chapter.rows]
+
+
+def keep_peers(folder: Path, chapter: Chapter) -> Chapter:
+    """A chapter that was measured without peers, with the rows that ``folder`` holds of these behind ours, by case.
+
+    The command that measured them is told in brackets.
+    """
+    table = table_of(folder, chapter.name)
+    if not table.is_file():
+        return chapter
+    anew = {row.method for row in chapter.rows}
+    peers = [row for row in read_csv(table) if row.method not in anew and not row.method.startswith(OURS)]
+    rows: list[BenchRow] = []
+    for case in dict.fromkeys(row.case for row in chapter.rows):
+        rows += [row for row in [*chapter.rows, *peers] if row.case == case]
+    earlier, _ = read_makers(folder).get(chapter.name, UNKNOWN)
+    command = f"{chapter.maker[0]}{PEERS}{earlier.partition(PEERS)[2].removesuffix(')') or earlier})"
+    return replace(chapter, rows=rows, maker=(command, chapter.maker[1]))
 
 
 def _lines(makers: dict[str, Maker]) -> list[tuple[str, str, str]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import zlib
+from copy import deepcopy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -34,7 +35,8 @@ class Frame:
     """A flat-fielded region with its truth (x, y, stretch, lowest row) and what every method is told.
 
     ``guess`` is a prediction that is off by about a pixel; ``ceiling`` is the transmission at which the sensor clips.
-    ``hidden`` tells which pixels droplets change, None where there are none.
+    ``hidden`` tells which pixels droplets change, ``clear`` the share of the scene that they leave to see in each; None
+    where there are none.
     """
 
     region: NDArray[np.float32]
@@ -43,6 +45,7 @@ class Frame:
     top_y: float
     ceiling: float
     hidden: NDArray[np.bool_] | None = None
+    clear: NDArray[np.float32] | None = None
 
 
 def draw_frame(case: Case, seed: int, number: int) -> Frame:
@@ -61,6 +64,7 @@ def draw_frame(case: Case, seed: int, number: int) -> Frame:
         separation_y_px=top_y - 3.0 if case.scenery == "cavity" else math.nan, motion_px=case.motion_px,
     )  # fmt: skip
     light = _light(case, body, top_y, rng)
+    before = deepcopy(rng)
     still = draw_still(body, light, size, rng)
     off = rng.uniform(-1.0, 1.0, 3)
     told = case.radius * case.told_radius
@@ -73,11 +77,13 @@ def draw_frame(case: Case, seed: int, number: int) -> Frame:
         inverse = np.float32(1.0 + case.dark)
         levels = expose_frame(inverse - still.transmission, still.light, light.sensor, rng)
         flat = np.asarray(inverse - levels / still.light, np.float32)
-    hidden = None
+    hidden = clear = None
     if case.droplets:
         plain = draw_still(body, replace(light, droplets=0.0), size, rng)
         hidden = np.abs(still.transmission - plain.transmission) > HIDDEN
-    return Frame(np.ascontiguousarray(flat), truth, guess, top_y, ceiling, hidden)
+        dark = replace(light, dark=1.0, droplet_levels=(0.0, 0.0))  # the same droplets, and nothing else
+        clear = draw_still(body, dark, size, before).transmission
+    return Frame(np.ascontiguousarray(flat), truth, guess, top_y, ceiling, hidden, clear)
 
 
 def _light(case: Case, body: StillBody, top_y: float, rng: np.random.Generator) -> StillLight:
@@ -108,21 +114,44 @@ def bounds_of(case: Case) -> Floats:
 
     The local bottom's is NaN in the top view.
     """
+    shape = EllipseShape(0.0, 0.0, case.radius, case.stretch, case.tilt_deg)
+    bounds = _bounds(case, shape)
+    if not case.top_view:
+        noise, dark = _noise(case)
+        contrast = (1.0 - case.dark) / 0.92
+        bounds[4] = cap_bound(shape, noise=noise / contrast, noise_dark=dark / contrast)
+    return bounds
+
+
+def bounds_left(case: Case, frame: Frame) -> Floats:
+    """Bounds of QUANTITIES for what droplets leave of a frame (2, quantities), NaN for the local bottom.
+
+    First for who is told which pixels they change, which then tell nothing; then for who knows the droplets themselves,
+    so that a pixel that they cover in part still tells what the rest of it shows.
+    """
+    assert frame.hidden is not None
+    assert frame.clear is not None
+    x, y, *_ = frame.truth
+    shape = EllipseShape(float(x), float(y), case.radius, case.stretch, case.tilt_deg)
+    return np.stack([_bounds(case, shape, counts) for counts in (~frame.hidden, frame.clear**2)])
+
+
+def _noise(case: Case) -> tuple[float, float]:
+    """Standard deviation of a pixel on the ground and on the sphere."""
     shot = Sensor().shot_share
     noise = math.hypot(case.noise, 1.0 / (math.sqrt(12.0) * case.level * (2**case.bits - 1)))
     dark = noise * math.sqrt(1.0 - shot + shot * case.dark)
-    if case.bright:
-        noise, dark = dark, noise
-    shape = EllipseShape(0.0, 0.0, case.radius, case.stretch, case.tilt_deg)
+    return (dark, noise) if case.bright else (noise, dark)
+
+
+def _bounds(case: Case, shape: EllipseShape, counts: NDArray[np.generic] | None = None) -> Floats:
+    noise, dark = _noise(case)
     margin = MARGIN_PX + case.radius * case.stretch
     bound = cramer_rao_bound(
         shape, free=case.free, noise=noise, noise_dark=dark, blur_px=math.sqrt(case.psf**2 + PIXEL_VARIANCE),
         contrast=1.0 - case.dark, visible=case.visible, motion_px=case.motion_px,
-        right_px=2.0 * margin * (1.0 - case.crop) - margin if case.crop else math.inf,
+        right_px=shape.x - margin + 2.0 * margin * (1.0 - case.crop) if case.crop else math.inf,
+        counts=None if counts is None else np.asarray(counts, np.float64),
     )  # fmt: skip
-    if case.top_view:
-        return np.array([bound.x_px, bound.y_px, bound.radius_px / case.radius, bound.bottom_y_px, math.nan])
-    contrast = (1.0 - case.dark) / 0.92
-    local = cap_bound(shape, noise=noise / contrast, noise_dark=dark / contrast)
-    stretch = bound.stretch
-    return np.array([bound.x_px, bound.y_px, stretch, bound.bottom_y_px, local])
+    stretch = bound.radius_px / case.radius if case.top_view else bound.stretch
+    return np.array([bound.x_px, bound.y_px, stretch, bound.bottom_y_px, math.nan])

@@ -17,7 +17,10 @@ class BenchRow:
     beyond 3. ``measured`` is the share of items with a result, ``false_ok`` the share that was called good with an
     error far beyond its uncertainty, ``items`` their number, and ``held`` the share that 95 % intervals hold. Of a
     sequence ``in_view`` is the number of frames with a sphere, ``unmeasurable_ok`` the share called good of those that
-    cannot be measured, and ``worst`` the largest |error|/uncertainty.
+    cannot be measured, and ``worst`` the largest |error|/uncertainty. Where a part of every item is hidden, ``limit``
+    is the root mean square of the bounds of what is left of each over the bound of one that nothing hides, for who is
+    told what is hidden, and ``limit_known`` for who knows what hides it; ``ratio_to_left`` is the root mean square of
+    the errors over the former bounds, and ``ratio_to_left_median`` their median over that of a normal distribution.
     """
 
     chapter: str
@@ -40,3 +43,7 @@ class BenchRow:
     in_view: int = 0
     unmeasurable_ok: float = math.nan
     worst: float = math.nan
+    limit: float = math.nan
+    limit_known: float = math.nan
+    ratio_to_left: float = math.nan
+    ratio_to_left_median: float = math.nan

@@ -41,17 +41,18 @@ class _Found:
     seconds: list[float] = field(default_factory=list)
 
 
-def run(quick: bool, seed: int) -> list[BenchRow]:
+def run(quick: bool, seed: int, *, peers: bool = True) -> list[BenchRow]:
     """Velocity and acceleration away from impact and at it, every method at every noise, then the hard cases.
 
-    ``quick``: three soft drops at 0.1 px, no oracle and none of the optional packages.
+    ``quick``: three soft drops at 0.1 px, no oracle and none of the optional packages; none of these without ``peers``.
     """
     spheres, draws = (SPHERES[:1], 3) if quick else (SPHERES, 4)
     drops = [(sphere, seed + k) for sphere in spheres for k in range(draws)]
     truths = [make_truth(*drop) for drop in drops]
     rows: list[BenchRow] = []
     for pixels in (0.1,) if quick else NOISE_PX:
-        found = _measure(truths, pixels / PX_PER_M, seed, peers={} if quick else installed_peers(), oracle=not quick)
+        others = installed_peers() if peers and not quick else {}
+        found = _measure(truths, pixels / PX_PER_M, seed, peers=others, oracle=not quick)
         rows += _rows(f"{pixels:g} px", found)
     slams = _slams(drops)
     rows = [replace(row, note=slams) if row.method == FALLS_KNOWN else row for row in rows]

@@ -45,6 +45,13 @@ class Rows:
         """One row."""
         return self._rows[chapter, case, quantity]
 
+    def left(self, case: str) -> str:
+        """How near our fit of a case is to the bound of what is left; empty where an earlier run did not look."""
+        worst = max((self.of(case, quantity) for quantity in FIT), key=lambda row: row.ratio_to_bound)
+        if math.isnan(worst.limit):
+            return ""
+        return f"; of what is left {worst.ratio_to_left:.2f}, whose limit is {worst.limit:.2f}"
+
     def told(self, case: str) -> str:
         """What our fit reaches on the frames of a case when it is told what is hidden; empty where that was not run."""
         found = [self._told[case, quantity] for quantity in FIT if (case, quantity) in self._told]
@@ -93,7 +100,7 @@ def _contours(rows: Rows) -> list[Target]:
     found.append(_at_most(rows, "bright spots inside: RMSE / bound", 1.6, (("bright spots inside",), FIT), ratio))
     for case, most in zip(DROPLETS, (1.8, 2.1, 2.4), strict=True):
         one = _at_most(rows, f"{case}: RMSE / unoccluded bound", most, ((case,), FIT), ratio)
-        found.append(replace(one, measured=one.measured + rows.told(case)))
+        found.append(replace(one, measured=one.measured + rows.left(case) + rows.told(case)))
     gross = max(rows.of(case, "y").failures - (1.0 - rows.of(case, "y").measured) for case in DROPLETS)
     false = max(rows.of(case, "y").false_ok for case in DROPLETS)
     found += [

@@ -227,10 +227,10 @@ def bottom_of_sectors(refined: Refined, cap: Cap, shape: Floats) -> Floats:
             verdict[n] = refined.verdict[cap.chosen[n]]
     own, scene, powers = copied(refined.belief), refined.band.scene, np.arange(5)
     constrain(own, scene[2])
-    moved, blur = np.zeros(5), 0.0
+    moved, blur, sure = np.zeros(5), 0.0, np.zeros(cap.place.size)
     factor = np.zeros((0, 0))
     for turn in range(2):
-        weigh_sectors(verdict, scene[2], False, turn == 0)
+        weigh_sectors(verdict, scene[2], False, turn == 0, sure)
         step, factor = step_from(verdict, cap.rows, powers, scene, moved, own)
         if factor.size == 0:
             return not_found(ELSEWHERE)

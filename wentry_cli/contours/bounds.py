@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 
 ARC_NODES = 2000
 BAND_PX = 12.0
-DEPTH_NODES = 241
+DEPTHS = np.linspace(-BAND_PX, BAND_PX, 241)
 SLOPE_PER_PX = 2e-4
 SMEAR_NODES, SMEAR_STEPS = 41, 25
 
@@ -70,28 +70,47 @@ def edge_information(noise: float, noise_dark: float, blur_px: float, contrast: 
 
     ``smear_px`` is the way across the edge during the exposure.
     """
-    depth = np.linspace(-BAND_PX, BAND_PX, DEPTH_NODES)
+    return np.asarray(np.sum(information_by_depth(noise, noise_dark, blur_px, contrast, smear_px), axis=0))
+
+
+def information_by_depth(
+    noise: float, noise_dark: float, blur_px: float, contrast: float, smear_px: float = 0.0
+) -> Floats:
+    """What the light at each of DEPTHS adds to `edge_information` (n, 4, 4)."""
     instants = (np.arange(SMEAR_NODES) + 0.5) / SMEAR_NODES - 0.5 if smear_px > 0.0 else np.zeros(1)
-    scaled = (depth[:, None] + smear_px * instants) / blur_px
+    scaled = (DEPTHS[:, None] + smear_px * instants) / blur_px
     step = np.mean(ndtr(scaled), axis=1)
     lines = np.exp(-0.5 * scaled**2) / math.sqrt(2.0 * math.pi)
     line, tilted = np.mean(lines, axis=1), np.mean(lines * scaled, axis=1)
     templates = np.stack([-contrast * line / blur_px, 1.0 - step, step, -contrast * tilted])
     variance = noise_dark**2 + (noise**2 - noise_dark**2) * step
-    return np.asarray((templates / variance) @ templates.T * (depth[1] - depth[0]))
+    return np.asarray(np.einsum("id,jd->dij", templates / variance, templates) * (DEPTHS[1] - DEPTHS[0]))
 
 
-def smeared_information(smear_px: Floats, edge: tuple[float, float, float, float]) -> Floats:
-    """`edge_information` at each node (n, 4, 4), interpolated over the way ``smear_px`` (n) that the edge moves."""
+def smeared_information(smear_px: Floats, edge: tuple[float, float, float, float], counts: Floats) -> Floats:
+    """`edge_information` at each node (n, 4, 4), interpolated over the way ``smear_px`` (n) that the edge moves.
+
+    ``counts`` (n, depths) is what the light at each of DEPTHS counts.
+    """
     farthest = float(np.max(smear_px))
     if farthest == 0.0:
-        return np.broadcast_to(edge_information(*edge), (smear_px.size, 4, 4))
+        return np.tensordot(counts, information_by_depth(*edge), axes=1)
     ways = np.linspace(0.0, farthest, SMEAR_STEPS)
-    tables = np.stack([edge_information(*edge, float(way)) for way in ways])
+    tables = np.stack([np.tensordot(counts, information_by_depth(*edge, float(way)), axes=1) for way in ways])
     place = np.minimum(smear_px / ways[1], SMEAR_STEPS - 1.0 - 1e-9)
-    node = place.astype(np.intp)
+    node, number = place.astype(np.intp), np.arange(smear_px.size)
     share = (place - node)[:, None, None]
-    return np.asarray((1.0 - share) * tables[node] + share * tables[node + 1])
+    return np.asarray((1.0 - share) * tables[node, number] + share * tables[node + 1, number])
+
+
+def pixels_across(points: Floats, normals: Floats, picture: Floats) -> Floats:
+    """The pixels of a picture, the centre of the first at (0, 0), at each of DEPTHS of each point; 0 beyond it."""
+    framed = np.pad(picture, 1)
+    column, row = (
+        np.clip(points[:, axis, None] + normals[:, axis, None] * DEPTHS + 1.5, 0.0, size - 0.5).astype(np.int32)
+        for axis, size in enumerate(framed.shape[::-1])
+    )
+    return np.asarray(framed.ravel()[row * framed.shape[1] + column])
 
 
 def cramer_rao_bound(
@@ -105,6 +124,7 @@ def cramer_rao_bound(
     noise_dark: float | None = None,
     motion_px: tuple[float, float] = (0.0, 0.0),
     right_px: float = math.inf,
+    counts: NDArray[np.float64] | None = None,
 ) -> Bound:
     """The Cramér–Rao bound of the free parameters and of the lowest row of a blurred dark silhouette.
 
@@ -112,25 +132,30 @@ def cramer_rao_bound(
     the same), ``contrast`` the difference of the levels, ``blur_px`` the sigma of the edge (optics and pixel),
     ``motion_px`` the way during the exposure (x, y), which smears the edge evenly where it lies across, ``visible``
     the share of the perimeter that is seen, from the bottom up, and ``right_px`` the column at which the picture
-    ends. The two grey levels, the slope of the ground (two components) and the blur are nuisance parameters. Fisher
-    information of independent Gaussian pixels, integrated along the arc; grey levels count within 12 px of the edge.
+    ends. ``counts`` (rows, columns) is what each pixel of the picture counts, the centre of the first at (0, 0): 1
+    where nothing hides it, 0 where it tells nothing, t^2 where what is seen of the sphere is dimmed to t by something
+    that is known; beyond the picture is nothing. Raises ``LinAlgError`` where nothing is left. The two grey levels, the
+    slope of the ground (two components) and the blur are nuisance parameters. Fisher information of independent
+    Gaussian pixels, integrated along the arc; grey levels count within 12 px of the edge.
     """
     points, normals, jacobian, length = arc_nodes(shape)
     kept = (points[:, 1] >= visible_top(shape, visible)) & (points[:, 0] < right_px)
+    points, normals, jacobian, length = points[kept], normals[kept], jacobian[kept], length[kept]
     smear = np.abs(normals @ np.array(motion_px))
     dark = noise if noise_dark is None else noise_dark
-    local = smeared_information(smear, (noise, dark, blur_px, contrast))
+    left = np.ones((len(points), DEPTHS.size)) if counts is None else pixels_across(points, normals, counts)
+    local = smeared_information(smear, (noise, dark, blur_px, contrast), left)
     names = free.split()
     columns = [PARAMETERS.index(name) for name in names]
     size = len(columns)
-    chain = np.zeros((ARC_NODES, 4, size + 5))
+    chain = np.zeros((len(points), 4, size + 5))
     chain[:, 0, :size] = jacobian[:, columns]
     chain[:, 1, size] = 1.0
     chain[:, 2, size + 1] = 1.0
     chain[:, 2, size + 2] = (points[:, 0] - shape.x) / shape.radius
     chain[:, 2, size + 3] = (points[:, 1] - shape.y) / shape.radius
     chain[:, 3, size + 4] = 1.0
-    information = np.einsum("kia,kij,kjb,k->ab", chain[kept], local[kept], chain[kept], length[kept], optimize=True)
+    information = np.einsum("kia,kij,kjb,k->ab", chain, local, chain, length, optimize=True)
     full = np.linalg.inv(information)[:size, :size]
     covariance = np.zeros((5, 5))
     covariance[np.ix_(columns, columns)] = full

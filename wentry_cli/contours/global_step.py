@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from wentry_cli.compiled import compiled
 from wentry_cli.contours.arc import KAPPA, J, X, Y, displacement_of
 from wentry_cli.contours.likelihood import DD, GD
-from wentry_cli.contours.normal_equations import factorise, substitute
+from wentry_cli.contours.normal_equations import factorise, invert_block, substitute
 from wentry_cli.contours.nuisances import Belief, add_priors
 from wentry_cli.contours.sectors import (
     LEVEL_IN,
@@ -114,6 +114,17 @@ def step_from(
         return right, np.zeros((0, 0))
     substitute(normal, right)
     return right, normal
+
+
+@compiled
+def outline_variance(factor: Floats, rows: Floats, free: Ints) -> Floats:
+    """Variance (px^2) of where each sector's edge is expected, from the Cholesky factor of the normal matrix."""
+    covariance, variance = invert_block(factor, free.size, 1.0), np.zeros(rows.shape[0])
+    for k in range(rows.shape[0]):
+        for i in range(free.size):
+            for j in range(free.size):
+                variance[k] += rows[k, J + free[i]] * covariance[i, j] * rows[k, J + free[j]]
+    return variance
 
 
 @compiled

@@ -36,13 +36,13 @@ from wentry_cli.contours.refine import (
     HIDDEN_SHARE,
     RECOLLECT_PX,
     arc_shares,
-    cleaned_of,
     copied,
     first_belief,
     solve_band,
 )
 from wentry_cli.contours.scan import OCCLUDED_SHARE
 from wentry_cli.contours.sectors import LEVEL_IN
+from wentry_cli.contours.spoilt import cleaned_of
 from wentry_cli.imaging.patch import Patch
 
 Floats = NDArray[np.float64]
@@ -131,7 +131,7 @@ def refine_bottom(values: NDArray[np.float32], shape: Floats, settings: Floats, 
     constrain(belief, shape[2])
     moved, factor, verdict = solve_band(band, belief, np.arange(5), 1)
     if factor.size > 0 and not masked and arc_shares(band.rows, verdict)[1] > HIDDEN_SHARE:
-        cleaned = cleaned_of(part, band, moved, belief)
+        cleaned = cleaned_of(part, band, moved, belief, (factor, verdict, np.arange(5)))
         again = gather_band(cleaned, there, settings, reach, light)
         other = cut_out(again, cap_of(again))
         step, better, judged = solve_band(other, copied(belief), np.arange(5), 0)

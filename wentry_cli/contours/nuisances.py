@@ -23,7 +23,6 @@ from wentry_cli.contours.likelihood import (
 from wentry_cli.contours.normal_equations import solve
 from wentry_cli.contours.plateau import FEWEST_SECTORS, LL, OUTER, D, L, N
 from wentry_cli.contours.sectors import (
-    LEAST_PIXELS,
     LEVEL_IN,
     LEVEL_OUT,
     LN_S,
@@ -44,6 +43,8 @@ PRIOR_LEVEL_UNC = 0.1
 PRIOR_CLIPPED_UNC = 0.003
 PRIOR_SLOPE_PER_PX = 2e-4
 LEAST_NOISE = 1e-8
+# Pixels on one side of a sector that tell a scatter.
+LEAST_SCATTERED = 4.0
 
 
 class Belief(NamedTuple):
@@ -68,7 +69,7 @@ def noise_levels(sums: Floats, verdict: Floats, noise: Floats) -> None:
         means = np.empty(sums.shape[0])
         number = 0
         for k in range(sums.shape[0]):
-            if sums[k, count] >= 0.3 * LEAST_PIXELS and verdict[k, WEIGHT] > 0.0:
+            if sums[k, count] >= LEAST_SCATTERED and verdict[k, WEIGHT] > 0.0:
                 # about the sector's own level: that of the model may not be right yet
                 means[number] = (sums[k, square] - sums[k, rest] ** 2 / sums[k, count]) / (sums[k, count] - 1.0)
                 number += 1

@@ -12,8 +12,8 @@ from wentry_cli.compiled import compiled
 from wentry_cli.contours.arc import LENGTH, farthest
 from wentry_cli.contours.band import Band, gather_band, reach_of
 from wentry_cli.contours.discrepancy import concluded
-from wentry_cli.contours.global_step import advance, is_negligible, remains, step_from
-from wentry_cli.contours.likelihood import STATE, SUMS, accumulate, expect, first_levels
+from wentry_cli.contours.global_step import advance, is_negligible, outline_variance, remains, step_from
+from wentry_cli.contours.likelihood import STATE, SUMS, accumulate, first_levels
 from wentry_cli.contours.nuisances import (
     Belief,
     first_noise,
@@ -23,7 +23,7 @@ from wentry_cli.contours.nuisances import (
     tilt_ground,
     weigh_noise,
 )
-from wentry_cli.contours.plateau import add_plateaus
+from wentry_cli.contours.plateau import LEVEL_RANGE, add_plateaus
 from wentry_cli.contours.scan import LEAST_HEIGHT
 from wentry_cli.contours.sectors import (
     LEAST_SPREAD,
@@ -32,8 +32,6 @@ from wentry_cli.contours.sectors import (
     LN_S,
     NUISANCES,
     NUMBER,
-    TOLERANCE_OF_R,
-    TOLERANCE_PX,
     VERDICT,
     WEIGHT,
     hear_sectors,
@@ -41,7 +39,7 @@ from wentry_cli.contours.sectors import (
     set_state,
     weigh_sectors,
 )
-from wentry_cli.contours.spoilt import without_spoilt
+from wentry_cli.contours.spoilt import cleaned_of
 from wentry_cli.contours.turning import no_turn, pixel_turn, wants_tilt
 
 Floats = NDArray[np.float64]
@@ -145,7 +143,7 @@ def solve_band(band: Band, belief: Belief, free: Ints, patience: int) -> tuple[F
     count = band.rows.shape[0]
     sums, state = np.zeros((count, SUMS)), np.zeros((count, STATE))
     verdict = np.zeros((count, VERDICT))
-    moved = np.zeros(5)
+    moved, loose = np.zeros(5), np.zeros(count)
     for turn in range(ROUNDS):
         before, noise, spread = moved.copy(), belief.noise.copy(), belief.spread.copy()
         set_state(state, band.rows, moved, belief.nuisance, band.scene)
@@ -156,12 +154,14 @@ def solve_band(band: Band, belief: Belief, free: Ints, patience: int) -> tuple[F
             weigh_noise(sums, verdict, belief.noise)
         else:
             add_plateaus(band.plateaus, state, belief.noise, sums)
-        level_spread(sums, belief.spread)
+        contrast = belief.nuisance[LEVEL_OUT] - belief.nuisance[LEVEL_IN]
+        level_spread(sums, belief.spread, (LEVEL_RANGE * contrast) ** 2)
         hear_sectors(sums, belief.spread, verdict)
-        weigh_sectors(verdict, band.scene[2], band.settings[4] > 0.0, turn < patience)
+        weigh_sectors(verdict, band.scene[2], band.settings[4] > 0.0, turn < patience, loose)
         step, factor = step_from(verdict, band.rows, free, band.scene, moved, belief)
         if factor.size == 0:
             break
+        loose = outline_variance(factor, band.rows, free)
         blur = take(step, free, moved, belief.nuisance)
         noise_levels(sums, verdict, belief.noise)
         far = farthest(band.rows, moved - before)
@@ -181,16 +181,6 @@ def solve_band(band: Band, belief: Belief, free: Ints, patience: int) -> tuple[F
 
 
 @compiled
-def cleaned_of(values: NDArray[np.float32], band: Band, moved: Floats, belief: Belief) -> NDArray[np.float32]:
-    """The patch without the pixels of the band that do not fit what is believed (see `spoilt`)."""
-    state = np.zeros((band.rows.shape[0], STATE))
-    set_state(state, band.rows, moved, belief.nuisance, band.scene)
-    tolerance = max(TOLERANCE_PX, TOLERANCE_OF_R * band.scene[2])
-    room = expect(band.pixels, band.starts, state, belief.noise, band.settings[3])
-    return without_spoilt(values, room, band.starts, band.places, state, (belief.spread, tolerance**2))
-
-
-@compiled
 def copied(belief: Belief) -> Belief:
     """A belief to try something with."""
     nuisance, noise, spread = belief.nuisance.copy(), belief.noise.copy(), belief.spread.copy()
@@ -199,24 +189,33 @@ def copied(belief: Belief) -> Belief:
 
 @compiled
 def regain(
-    values: NDArray[np.float32], shape: Floats, reach: float, band: Band, moved: Floats, belief: Belief, free: Ints
+    values: NDArray[np.float32],
+    shape: Floats,
+    reach: float,
+    band: Band,
+    moved: Floats,
+    belief: Belief,
+    solved: tuple[Floats, Floats, Ints],
 ) -> tuple[Band, Floats, Floats, Floats]:
     """Solve again with the sectors that are only hidden in part, without the pixels that are.
 
     That is done again while it moves the outline: the better it is known, the better is seen what hides it. ``moved``
-    is the step that led from ``band`` to ``shape``. ``shape`` and ``belief`` are changed in place. Returns the last
-    band and, of it, step, factor and verdict; the factor is empty where the first time leads astray.
+    is the step that led from ``band`` to ``shape``, ``solved`` as in `cleaned_of`. ``shape`` and ``belief`` are changed
+    in place. Returns the last band and, of it, step, factor and verdict; the factor is empty where the first time leads
+    astray.
     """
+    known, said, free = solved
     nothing = np.zeros((0, 0))
     last, to_shape, factor, verdict = band, moved, nothing, nothing
     for _ in range(REGAINS):
-        cleaned = cleaned_of(values, band, moved, belief)
+        cleaned = cleaned_of(values, band, moved, belief, (known, said, free))
         other, trial = gather_band(cleaned, shape, band.settings, reach, math.nan), copied(belief)
         step, better, judged = solve_band(other, trial, free, 0)
         far = farthest(other.rows, step)
         if better.size == 0 or far > RECOLLECT_PX:
             break
         last, to_shape, factor, verdict = other, step, better, judged
+        known, said = better, judged
         shape[:5] += step
         belief.nuisance[:], belief.noise[:], belief.spread[:] = trial.nuisance, trial.noise, trial.spread
         if far < SETTLED_PX:
@@ -269,7 +268,7 @@ def refine_shape(
         moved, factor, verdict = solve_band(band, belief, free, 0)
     report[PLAIN] = 1.0 if math.isnan(masked) else 0.0
     if report[GATED] > HIDDEN_SHARE and math.isnan(masked) and settings[4] == 0.0:
-        other, step, better, judged = regain(values, shape, reach, band, moved, belief, free)
+        other, step, better, judged = regain(values, shape, reach, band, moved, belief, (factor, verdict, free))
         if better.size > 0:
             band, moved, factor, verdict = other, step, better, judged
             report[PLAIN] = 0.0

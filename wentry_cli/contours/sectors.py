@@ -49,7 +49,7 @@ TOLERANCE_OF_R = 0.0025
 HARD_GATE = 3.0
 # Variance of the sectors' own levels that is always allowed for.
 LEAST_SPREAD = 1e-6
-LEAST_PIXELS = 12.0
+LEAST_PIXELS = 6.0
 # Motion across the edge with less variance than this counts as blur.
 LEAST_SMEAR_PX2 = 0.1
 # Displacements over (uncertainty x scale), and standard deviations that the chi square of a sector lies above the usual
@@ -96,8 +96,11 @@ def set_state(state: Floats, rows: Floats, moved: Floats, nuisance: Floats, scen
 
 
 @compiled
-def level_spread(sums: Floats, spread: Floats) -> None:
-    """Robust variance of the sectors' own grey levels (inside, outside) beyond their noise, into ``spread``."""
+def level_spread(sums: Floats, spread: Floats, most: float) -> None:
+    """Robust variance of the sectors' own grey levels (inside, outside) beyond their noise, into ``spread``.
+
+    Outside it is at most ``most``: what stands before half of the ground does not make the rest of it uneven.
+    """
     inside, outside = np.empty(sums.shape[0]), np.empty(sums.shape[0])
     expected_in, expected_out = np.empty(sums.shape[0]), np.empty(sums.shape[0])
     number = 0
@@ -121,6 +124,7 @@ def level_spread(sums: Floats, spread: Floats) -> None:
         found = median_of(inside if side == 0 else outside, number) * 1.4826
         expected = median_of(expected_in if side == 0 else expected_out, number)
         spread[side] = max(LEAST_SPREAD, found * found - 1.6 * expected)
+    spread[1] = max(LEAST_SPREAD, min(most, spread[1]))
 
 
 @compiled
@@ -181,11 +185,13 @@ def hear_sectors(sums: Floats, spread: Floats, verdict: Floats) -> None:
 
 
 @compiled
-def weigh_sectors(verdict: Floats, radius: float, one_sided: bool, patient: bool) -> float:
+def weigh_sectors(verdict: Floats, radius: float, one_sided: bool, patient: bool, loose: Floats) -> float:
     """Fill in the weights and return the robust scale of the sectors' displacements over their own uncertainties.
 
     A sector is left out where z^2 = d^2 / (variance + tolerance^2) exceeds the gate, and loses weight where its own
-    pixels do not look like an edge or, unless ``patient``, where it stands out from those that do.
+    pixels do not look like an edge or, unless ``patient``, where it stands out from those that do. ``loose`` is the
+    variance (px^2) of the outline at each sector: far from those that were kept it is hardly known where an edge is to
+    be expected.
     """
     number = 0
     ratios, qualities = np.empty(verdict.shape[0]), np.empty(verdict.shape[0])
@@ -212,7 +218,7 @@ def weigh_sectors(verdict: Floats, radius: float, one_sided: bool, patient: bool
             continue
         z = abs(moved) / math.sqrt(verdict[k, VARIANCE] + tolerance * tolerance)
         gate = HARD_GATE if not one_sided else (0.67 * HARD_GATE if moved > 0.0 else 1.33 * HARD_GATE)
-        stands_out = 0.0 if patient else abs(moved) / math.sqrt(verdict[k, VARIANCE]) / scale
+        stands_out = 0.0 if patient else abs(moved) / math.sqrt(verdict[k, VARIANCE] * scale * scale + loose[k])
         if moved > 0.0:
             stands_out *= doubt
         excess = (verdict[k, QUALITY] / max(usual, 1e-12) - 1.0) * math.sqrt(0.5 * (verdict[k, NUMBER] - 3.0))

@@ -42,7 +42,8 @@ class StillLight:
 
     ``dark`` is that of all that is dark, ``sphere`` that of the sphere where it lets more light through;
     ``gradient`` is the change of the light across the frame as a fraction; ``droplets`` the fraction of the arc below
-    the separation that droplets cover; ``bright_spots`` a number of bright spots inside the silhouette;
+    the separation that droplets cover, ``droplet_levels`` the least and the greatest transmission of these;
+    ``bright_spots`` a number of bright spots inside the silhouette;
     ``splash_ring`` a dark ring outside that merges with this fraction of the outline (top view); ``scenery`` what else
     is in the picture and does not move.
     """
@@ -54,6 +55,7 @@ class StillLight:
     gradient: tuple[float, float] = (0.0, 0.0)
     vignette: float = 0.0
     droplets: float = 0.0
+    droplet_levels: tuple[float, float] = (0.05, 0.5)
     bright_spots: int = 0
     splash_ring: float = 0.0
     scenery: tuple[Polygon, ...] = ()
@@ -96,18 +98,18 @@ def _cavity_outline(body: StillBody, outline: Floats, top_y: float) -> Floats:
     return np.concatenate([side, (side * (-1.0, 1.0))[::-1]])
 
 
-def _hide_with_droplets(body: StillBody, outline: Floats, share: float, rng: np.random.Generator) -> list[Polygon]:
+def _hide_with_droplets(body: StillBody, outline: Floats, light: StillLight, rng: np.random.Generator) -> list[Polygon]:
     separation = body.separation_y_px - body.center_y_px
     visible = outline[outline[:, 1] > separation] if np.isfinite(separation) else outline
     length = float(np.hypot(*np.diff(visible, axis=0).T).sum())
     covered, drops = 0.0, []
-    while covered < share * length:
+    while covered < light.droplets * length:
         x, y = visible[rng.integers(len(visible))]
         radius = float(np.exp(rng.normal(np.log(0.05), 0.4))) * body.radius_px
         away = rng.uniform(-0.6, 0.9) * radius
         norm = float(np.hypot(x, y))
         at = (body.center_x_px + x * (1 + away / norm), body.center_y_px + y * (1 + away / norm))
-        drops.append(Polygon(draw_blob(at, radius, rng), float(rng.uniform(0.05, 0.5)), 5))
+        drops.append(Polygon(draw_blob(at, radius, rng), float(rng.uniform(*light.droplet_levels)), 5))
         covered += 2.0 * float(np.sqrt(max(radius**2 - away**2, 0.0)))
     return drops
 
@@ -150,7 +152,7 @@ def draw_still(body: StillBody, light: StillLight, shape: tuple[int, int], rng: 
     _, bottom = measure_outline(outline)
     half_width = body.stretch * body.radius_px * describe_shape(0.0, body.misfit).widest
     still = _scatter_bright_spots(body, light.bright_spots, rng)
-    still += _hide_with_droplets(body, outline, light.droplets, rng) if light.droplets else []
+    still += _hide_with_droplets(body, outline, light, rng) if light.droplets else []
     still += light.scenery
     if light.splash_ring:
         still.append(_draw_splash_ring(body, light.splash_ring, light.dark))
