@@ -61,9 +61,10 @@ def test_an_outline_that_changes_further_from_the_band_is_doubted_by_it(patch: P
     guess = EllipseShape(80.0, 91.0, 40.0, 1.14)
     doubted = examine(bent, 0, guess, beside).fit
     plain = examine(bent, 0, guess, beside._replace(beside_band=False)).fit
-    further = examine(bent, 0, guess, beside._replace(beside_band=False, top_y_px=107.0 + FURTHER_PX[0])).fit
     assert doubted is not None
     assert plain is not None
+    lower = beside._replace(beside_band=False, top_y_px=107.0 + FURTHER_PX[0])
+    further = examine(bent, 0, plain.shape, lower).fit
     assert further is not None
     change = further.stretch - plain.stretch
     assert abs(change) > 1e-4

@@ -15,12 +15,12 @@ from wentry_cli.contours.clipped import is_clipped, shift_covariance
 from wentry_cli.contours.ellipse import PARAMETERS, EllipseShape, SilhouetteFit
 from wentry_cli.contours.local_bottom import BottomFit, bottom_found, fit_local_bottom
 from wentry_cli.contours.outline_fit import (
-    FOUND,
     KNOWN,
     QUALITY,
     VERDICT,
     VERDICTS,
     OutlineRequest,
+    Told,
     bottom_spread,
     fit_outline,
     spreads,
@@ -171,19 +171,18 @@ def _fit(patch: Patch, guess: EllipseShape, request: FitRequest, *, bottom: bool
     values = np.ascontiguousarray(patch.values, dtype=np.float32)
     vector = guess.vector(patch.x0, patch.y0, request.departure)
     free = indices_of(request.free)
-    outline, covariance, cap, other = fit_outline(values, vector, free, _wanted(patch, request, bottom=bottom))
-    found = outline.tolist()
+    outline = fit_outline(values, vector, free, _wanted(patch, request, bottom=bottom))
+    found = outline.fit.numbers.tolist()
     quality = found[QUALITY:KNOWN]
     if status := VERDICTS[int(found[VERDICT])]:
         lost = status == "no_edge" and np.mean(~(values < patch.ceiling)) > MOST_CLIPPED
         return OutlineFit(unmeasured(quality[1], quality[2], "saturated" if lost else status))
-    fit = _told(patch, vector, found, covariance, request)
-    told = bottom_found(patch, cap) if fit.status == "ok" and cap[HOW] != ELSEWHERE else None
-    if not other.size or fit.status != "ok":
-        return OutlineFit(fit, told)
-    numbers, rest = other[5 : 5 + FOUND].tolist(), other[5 + FOUND :].reshape(5, 5)
-    second = request._replace(free=request.also)
-    return OutlineFit(fit, told, _told(patch, other[:5], numbers, rest, second))
+    fit = _told(patch, outline.fit, request)
+    if fit.status != "ok":
+        return OutlineFit(fit)
+    told = bottom_found(patch, outline.cap) if outline.cap[HOW] != ELSEWHERE else None
+    second = _told(patch, outline.second, request._replace(free=request.also)) if outline.second.numbers.size else None
+    return OutlineFit(fit, told, second)
 
 
 def _wanted(patch: Patch, request: FitRequest, *, bottom: bool) -> OutlineRequest:
@@ -210,15 +209,10 @@ def _least_arc(free: tuple[str, ...]) -> float:
     return LEAST_ARC_FREE_SIZE if "R" in free else LEAST_ARC
 
 
-def _told(
-    patch: Patch,
-    vector: NDArray[np.float64],
-    found: list[float],
-    covariance: NDArray[np.float64],
-    request: FitRequest,
-) -> SilhouetteFit:
-    """The fit that numbers of `fit_outline` tell, in full-frame pixels."""
-    quality, known = found[QUALITY:KNOWN], found[KNOWN:]
+def _told(patch: Patch, told: Told, request: FitRequest) -> SilhouetteFit:
+    """The fit that compiled code tells, in full-frame pixels."""
+    vector, numbers, covariance = told.vector, told.numbers.tolist(), told.covariance
+    quality, known = numbers[QUALITY:KNOWN], numbers[KNOWN:]
     x, y, radius, stretch, tilt = vector[:5].tolist()
     if is_clipped(patch):
         free = indices_of(request.free)

@@ -55,6 +55,28 @@ class OutlineRequest(NamedTuple):
     least_arc_also: float
 
 
+class Told(NamedTuple):
+    """A fit: the ``vector`` of its shape (patch pixels, tilt in radians), its ``numbers`` from ``VERDICT`` on, and the
+    ``covariance`` of all five parameters. Where there is none, all are empty.
+    """
+
+    vector: Floats
+    numbers: Floats
+    covariance: Floats
+
+
+class Outline(NamedTuple):
+    """What the pixels about an outline tell.
+
+    ``cap`` are the entries of `bottom_cap` for its lowest point, where that was asked for and the same pixels tell it,
+    ``second`` is the fit of other parameters, where that was asked for and one linear step leads there.
+    """
+
+    fit: Told
+    cap: Floats
+    second: Told
+
+
 @compiled
 def bottom_gradient(radius: float, stretch: float, tilt: float) -> Floats:
     """Derivative of the lowest row with respect to ``PARAMETERS`` (tilt in radians), (5,)."""
@@ -116,16 +138,11 @@ def scan_verdict(report: Floats, least: float) -> float:
 
 
 @compiled
-def fit_outline(
-    values: NDArray[np.float32], vector: Floats, free: Ints, request: OutlineRequest
-) -> tuple[Floats, Floats, Floats, Floats]:
+def fit_outline(values: NDArray[np.float32], vector: Floats, free: Ints, request: OutlineRequest) -> Outline:
     """Scan and, at the level "accurate", refine a shape, which is moved in place (patch pixels, tilt in radians).
 
-    Where the guess is as good as a scan, there is none. Returns the numbers of the fit (``VERDICT`` and on), the
-    covariance of all parameters, the entries of `bottom_cap` for the lowest point, where it was asked for and the same
-    pixels tell it, and what `second_fit` returns, where that was asked for.
+    Where the guess is as good as a scan, there is none.
     """
-    bottom, other = not_found(ELSEWHERE), np.zeros(0)
     found = np.full(FOUND, math.nan)
     if request.refines and request.blur > 0.0:
         near, settings = vector.copy(), np.append(request.settings, 0.0)
@@ -146,10 +163,16 @@ def fit_outline(
             return fitted(found, refined, vector, free, request)
         found[VERDICT] = POOR
     if found[VERDICT] > 0.0:
-        return found, np.full((5, 5), math.nan), bottom, other
+        return Outline(Told(vector, found, np.full((5, 5), math.nan)), not_found(ELSEWHERE), nothing_told())
     whole = whole_covariance(covariance, free, turn, request.tilt_unc)
     tell(found, vector, whole, turn)
-    return found, whole, bottom, other
+    return Outline(Told(vector, found, whole), not_found(ELSEWHERE), nothing_told())
+
+
+@compiled
+def nothing_told() -> Told:
+    """No fit."""
+    return Told(np.zeros(0), np.zeros(0), np.zeros((0, 0)))
 
 
 @compiled
@@ -161,46 +184,38 @@ def tell(found: Floats, vector: Floats, whole: Floats, turn: Floats) -> None:
 
 
 @compiled
-def fitted(
-    found: Floats, refined: Refined, vector: Floats, free: Ints, request: OutlineRequest
-) -> tuple[Floats, Floats, Floats, Floats]:
+def fitted(found: Floats, refined: Refined, vector: Floats, free: Ints, request: OutlineRequest) -> Outline:
     """What `fit_outline` returns of an outline that was refined, at ``vector``."""
     report = refined.report
     found[QUALITY:KNOWN] = report[BLUR : RESIDUAL + 1]
-    bottom, other = not_found(ELSEWHERE), np.zeros(0)
+    bottom, other = not_found(ELSEWHERE), nothing_told()
     if request.bottom and report[PLAIN] > 0.0:
         bottom = bottom_within(refined, vector)
     if request.also.size > 0 and report[ARC] >= request.least_arc_also:
         other = second_fit(refined, vector, request.also, request.tilt_unc)
     whole = whole_covariance(refined.covariance, free, refined.turn, request.tilt_unc)
     tell(found, vector, whole, refined.turn)
-    return found, whole, bottom, other
+    return Outline(Told(vector, found, whole), bottom, other)
 
 
 @compiled
-def second_fit(refined: Refined, vector: Floats, free: Ints, tilt_unc: float) -> Floats:
-    """The fit of another set of parameters to the pixels of one: vector (5), numbers (FOUND), covariance (25).
-
-    Empty where they are too far apart for one linear step.
-    """
+def second_fit(refined: Refined, vector: Floats, free: Ints, tilt_unc: float) -> Told:
+    """The fit of another set of parameters to the pixels of one; empty where one linear step does not lead there."""
     rows, scene, own = refined.band.rows, refined.band.scene, copied(refined.belief)
-    moved, nothing = np.zeros(5), np.zeros(0)
+    moved = np.zeros(5)
     step, factor = step_from(refined.verdict, rows, free, scene, moved, own)
     if factor.size == 0:
-        return nothing
+        return nothing_told()
     after = refined.verdict.copy()
     blur = take(step, free, moved, own.nuisance)
     advance(after, rows, free, scene, step)
     covariance, residual = concluded(after, factor, rows, free, scene)
     if math.isnan(residual) or not is_negligible(remains(rows, moved, blur), after):
-        return nothing
-    told = np.full(5 + FOUND + 25, math.nan)
-    shape, found = told[:5], told[5 : 5 + FOUND]
-    shape[:] = vector[:5] + moved
+        return nothing_told()
+    shape, found = vector[:5] + moved, np.full(FOUND, math.nan)
     found[QUALITY], found[QUALITY + 1] = math.exp(own.nuisance[LN_S]), refined.report[ARC]
     found[QUALITY + 2], found[QUALITY + 3] = refined.report[GATED], residual
     turn = pixel_turn(after, rows, scene, free, moved, own) if wants_tilt(free) else no_turn()
     whole = whole_covariance(covariance, free, turn, tilt_unc)
     tell(found, shape, whole, turn)
-    told[5 + FOUND :] = whole.ravel()
-    return told
+    return Told(shape, found, whole)

@@ -19,8 +19,9 @@ def sum_and_clipped(levels: NDArray[Any], full_scale: int) -> tuple[int, int]:
         row_total, row_clipped = np.uint32(0), np.uint32(0)  # rows are shorter than 65 536 pixels of 16 bit
         for column in range(line.size):
             level = np.uint32(line[column])
-            row_total += level
-            row_clipped += np.uint32(1) if level >= limit else np.uint32(0)
+            # a sum of two uint32 would else go on in 64 bits
+            row_total = np.uint32(row_total + level)
+            row_clipped = np.uint32(row_clipped + (np.uint32(1) if level >= limit else np.uint32(0)))
         total += np.uint64(row_total)
         clipped += np.uint64(row_clipped)
     return int(total), int(clipped)

@@ -188,11 +188,12 @@ def clean_level(samples: NDArray[Any], blocks: NDArray[np.float32], noise: float
     return clean_mean(samples, light, coarse, max(4.5 * noise, 0.02))
 
 
-def fill_holes(level: NDArray[np.float32]) -> NDArray[np.float32]:
+def fill_holes(level: NDArray[np.float32], *, bent: bool = True) -> NDArray[np.float32]:
     """Fill the pixels that were never seen (NaN) with a surface that goes on smoothly from their surroundings.
 
-    It is a quadratic one and what bends otherwise: under a sphere that stays where it is, as seen from above, a surface
-    that is off by half a percent at the rim of the hole would make its outline a thousandth of a pixel too small.
+    It is a quadratic one and, with ``bent``, what bends otherwise: under a sphere that stays where it is, as seen from
+    above, a surface that is off by half a percent at the rim of the hole would make its outline a thousandth of a pixel
+    too small.
     """
     unknown = np.isnan(level)
     if not unknown.any() or unknown.all():
@@ -205,7 +206,7 @@ def fill_holes(level: NDArray[np.float32]) -> NDArray[np.float32]:
         rows = slice(max(0, top - margin), top + height + margin)
         columns = slice(max(0, left - margin), left + width + margin)
         block = level[rows, columns]
-        surface = _continued(block, max(width, height) // ACROSS_HOLE)
+        surface = _continued(block, max(width, height) // ACROSS_HOLE if bent else 0)
         filled[rows, columns] = np.where(labels[rows, columns] == label, surface, filled[rows, columns])
     return filled
 

@@ -36,7 +36,7 @@ def false_ground(level: NDArray[np.float32], begun: NDArray[np.float32]) -> NDAr
     if not covered.any() or covered.all():
         return np.zeros(level.shape, bool)
     even = known / _usual_of_rows(known, ~covered, ground)[:, None]
-    around = fill_holes(np.where(covered, np.float32(np.nan), even))
+    around = fill_holes(np.where(covered, np.float32(np.nan), even), bent=False)
     fading = covered & (even < FADING * around)
     _, label = cv2.connectedComponents(fading.astype(np.uint8))
     cores = np.unique(label[fading & (even < CORE * around)])

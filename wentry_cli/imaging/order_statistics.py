@@ -20,7 +20,16 @@ VERY_FEW, COUNTED, FEW, AWAY = 10, 160, 512, 40
 
 @compiled
 def select(values: Singles, count: int, rank: int) -> float:
-    """The value of ``rank`` (0: least) among the first ``count`` entries, which keep their order (quickselect)."""
+    """The value of ``rank`` (0: least) among the first ``count`` entries, which keep their order."""
+    return select_two(values, count, rank)[0]
+
+
+@compiled
+def select_two(values: Singles, count: int, rank: int) -> tuple[float, float]:
+    """The value of ``rank`` (0: least) among the first ``count`` entries and the next one, itself where there is none.
+
+    By quickselect, which leaves what is greater behind.
+    """
     part = np.empty(count)
     for n in range(count):
         part[n] = values[n]
@@ -43,7 +52,10 @@ def select(values: Singles, count: int, rank: int) -> float:
             low = i
         else:
             break
-    return float(part[rank])
+    after = part[rank] if rank + 1 == count else part[rank + 1]
+    for n in range(rank + 2, count):
+        after = min(after, part[n])
+    return float(part[rank]), float(after)
 
 
 @compiled
@@ -61,7 +73,8 @@ def counted(values: Floats, count: int, rank: int) -> tuple[float, float]:
         if math.isfinite(own) and (rank == 0 or math.isfinite(before)):
             return own, before
     # some are alike
-    return select(values, count, rank), select(values, count, max(0, rank - 1))
+    before, own = select_two(values, count, max(0, rank - 1))
+    return (own if rank > 0 else before), before
 
 
 @compiled
@@ -82,8 +95,8 @@ def median_of(values: Floats, count: int) -> float:
         upper, lower = counted(values, count, count // 2)
         return upper if count % 2 else 0.5 * (upper + lower)
     if count > VERY_FEW:
-        upper = select(values, count, count // 2)
-        return upper if count % 2 else 0.5 * (upper + select(values, count, count // 2 - 1))
+        middle, after = select_two(values, count, (count - 1) // 2)
+        return middle if count % 2 else 0.5 * (middle + after)
     part = np.empty(count)
     for n in range(count):
         place, value = n, values[n]
@@ -127,8 +140,8 @@ def rank_and_next(values: Singles, count: int, rank: int) -> tuple[float, float]
             kept += 1 if low <= value <= high else 0
         first = first - before
         if first < 0 or min(first + 1, left - before - 1) >= kept:
-            return select(values, count, rank), select(values, count, min(rank + 1, count - 1))
+            return select_two(values, count, rank)
         if kept == left:
             break
         left = kept
-    return select(part, left, first), select(part, left, min(first + 1, left - 1))
+    return select_two(part, left, first)
