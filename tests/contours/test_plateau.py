@@ -16,6 +16,7 @@ from wentry_cli.contours.band import SECTOR_ANGLE, SECTOR_PX, ellipse_distance
 from wentry_cli.contours.ellipse import EllipseShape
 from wentry_cli.contours.likelihood import INSIDE, OUTSIDE, STATE
 from wentry_cli.contours.plateau import INNER, LD, OUTER, D, L, N, evenness, sum_plateaus
+from wentry_cli.contours.sectors import LEAST_PIXELS
 from wentry_cli.contours.silhouette import fit_silhouette
 from wentry_cli.imaging.patch import Patch
 
@@ -34,7 +35,7 @@ def plateaus_of(values: np.ndarray, top_y: float = -math.inf) -> np.ndarray:
     count, table = quadrant_table(*semi_axes(vector), SECTOR_PX, SECTOR_ANGLE)
     rows = arc_geometry(vector, sector_angles(count, table))
     starts = 100 * np.arange(len(rows) + 1)  # plenty of pixels on every edge
-    return sum_plateaus(values.astype(np.float32), rows, starts, (NEAR, FAR), (NEAR, FAR), top_y)
+    return sum_plateaus(values.astype(np.float32), rows, starts, (NEAR, FAR), (NEAR, FAR), top_y, LEAST_PIXELS)
 
 
 def flat_scene(noise: float = 0.01) -> np.ndarray:

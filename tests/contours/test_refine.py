@@ -11,6 +11,7 @@ from tests.contours.scenes import draw
 from wentry_cli.contours.band import Band, gather_band, reach_of
 from wentry_cli.contours.nuisances import PRIOR_LN_S, first_noise
 from wentry_cli.contours.refine import first_belief, solve_band
+from wentry_cli.contours.sectors import LEAST_PIXELS
 
 FREE = np.array([0, 1, 3])
 
@@ -20,7 +21,7 @@ def band_of(seed: int, *, hidden: bool = False, **scene: float) -> Band:
     s = draw(seed, visible=1.0, **scene)
     settings = np.array([-math.inf, 0.0, 0.0, math.inf, 0.0, float(hidden)])
     vector = s.shape.vector(s.patch.x0, s.patch.y0)
-    return gather_band(s.patch.values, vector, settings, reach_of(PRIOR_LN_S), math.nan)
+    return gather_band(s.patch.values, vector, settings, reach_of(PRIOR_LN_S), math.nan, LEAST_PIXELS)
 
 
 def test_an_outline_that_is_hidden_in_part_has_smaller_sectors_of_the_same_pixels() -> None:

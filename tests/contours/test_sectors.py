@@ -11,6 +11,7 @@ from wentry_cli.contours.sectors import (
     GRADIENT,
     INSIDE,
     INV_S,
+    LEAST_PIXELS,
     OUTSIDE,
     VERDICT,
     WEIGHT,
@@ -65,7 +66,7 @@ def test_a_sector_is_left_out_by_how_unlikely_its_pixels_are(seed: int) -> None:
     extra[[10, 40]] = 2.2  # chi square nearly five times the usual, sixteen standard deviations off
     verdict = np.zeros((SECTORS, VERDICT))
     spread = np.full(2, 1e-6)
-    hear_sectors(sums_of(rng, off=np.zeros(SECTORS), extra=extra), spread, verdict)
+    hear_sectors(sums_of(rng, off=np.zeros(SECTORS), extra=extra), spread, verdict, LEAST_PIXELS)
     weigh_sectors(verdict, 60.0, False, True, np.zeros(SECTORS))
     assert (verdict[[10, 40], WEIGHT] == 0.0).all()
     honest = np.delete(verdict[:, WEIGHT], [9, 10, 11, 39, 40, 41])
@@ -76,7 +77,9 @@ def test_a_sector_is_left_out_by_how_unlikely_its_pixels_are(seed: int) -> None:
 def test_more_noise_everywhere_leaves_no_sector_out() -> None:
     rng = np.random.default_rng(4)
     verdict = np.zeros((SECTORS, VERDICT))
-    hear_sectors(sums_of(rng, off=np.zeros(SECTORS), extra=np.full(SECTORS, 2.2)), np.full(2, 1e-6), verdict)
+    hear_sectors(
+        sums_of(rng, off=np.zeros(SECTORS), extra=np.full(SECTORS, 2.2)), np.full(2, 1e-6), verdict, LEAST_PIXELS
+    )
     weigh_sectors(verdict, 60.0, False, True, np.zeros(SECTORS))
     assert np.mean(verdict[:, WEIGHT] > 0.9) > 0.95
 
@@ -92,7 +95,7 @@ def test_what_lies_farther_outside_is_doubted_more_where_much_is_hidden() -> Non
         for seed in range(20):
             verdict = np.zeros((SECTORS, VERDICT))
             sums = sums_of(np.random.default_rng(seed), off=np.zeros(SECTORS), extra=extra, shift=shift)
-            hear_sectors(sums, np.full(2, 1e-6), verdict)
+            hear_sectors(sums, np.full(2, 1e-6), verdict, LEAST_PIXELS)
             weigh_sectors(verdict, 60.0, False, False, np.zeros(SECTORS))
             weights.append(verdict[[20, 30], WEIGHT])
         kept[hidden] = np.mean(weights, axis=0)
@@ -109,6 +112,7 @@ def test_where_the_outline_is_not_known_a_sector_off_it_is_kept() -> None:
         sums_of(np.random.default_rng(5), off=np.zeros(SECTORS), extra=np.ones(SECTORS), shift=shift),
         np.full(2, 1e-6),
         verdict,
+        LEAST_PIXELS,
     )
     loose[20] = 0.1**2
     weigh_sectors(verdict, 60.0, False, False, loose)
@@ -119,13 +123,13 @@ def test_where_the_outline_is_not_known_a_sector_off_it_is_kept() -> None:
 def test_what_stands_before_the_ground_does_not_make_it_uneven() -> None:
     sums = sums_of(np.random.default_rng(6), off=np.zeros(SECTORS), extra=np.ones(SECTORS))
     spread = np.zeros(2)
-    level_spread(sums, spread, 1e-3)
+    level_spread(sums, spread, 1e-3, LEAST_PIXELS)
     assert spread == pytest.approx([1e-6, 1e-6])  # the least
     hidden = np.arange(0, SECTORS, 2)
     for _ in range(2):
         sums[hidden, GO] -= 0.5 * sums[hidden, OO]
         hidden = np.arange(1, SECTORS, 6)
-    level_spread(sums, spread, 1e9)
+    level_spread(sums, spread, 1e9, LEAST_PIXELS)
     assert spread[1] > 0.1**2
-    level_spread(sums, spread, 1e-3)
+    level_spread(sums, spread, 1e-3, LEAST_PIXELS)
     assert spread[1] == 1e-3

@@ -26,9 +26,9 @@ class Band(NamedTuple):
     """Pixels about the outline ``shape``, sector by sector, where each sector starts, and what the scene is like.
 
     ``places`` says where in the patch, read line by line, a pixel is. ``plateaus`` are the moments of what lies beyond
-    them (see `plateau`), ``width`` is that of the band, px. ``scene`` holds centre (x, y), radius and motion (x, y);
-    ``settings`` the top row, the motion (x, y), the ceiling, 1 where outliers lie outside only, and 1 where much of the
-    outline is hidden.
+    them (see `plateau`), ``width`` is that of the band, px, and ``fewest`` the pixels that a sector must have.
+    ``scene`` holds centre (x, y), radius and motion (x, y); ``settings`` the top row, the motion (x, y), the ceiling,
+    1 where outliers lie outside only, and 1 where much of the outline is hidden.
     """
 
     shape: Floats
@@ -40,6 +40,7 @@ class Band(NamedTuple):
     scene: Floats
     settings: Floats
     width: float
+    fewest: float
 
 
 @compiled
@@ -230,10 +231,13 @@ def reach_of(ln_blur: float) -> float:
 
 
 @compiled
-def gather_band(values: NDArray[np.float32], shape: Floats, settings: Floats, reach: float, masked: float) -> Band:
+def gather_band(
+    values: NDArray[np.float32], shape: Floats, settings: Floats, reach: float, masked: float, fewest: float
+) -> Band:
     """Cut the outline of ``shape`` into sectors and collect the pixels within ``reach`` (px) of it.
 
     ``masked`` is the level that masked pixels outside of the edge are taken to have; NaN leaves them out.
+    Sectors with less than ``fewest`` pixels are left out.
     """
     a, b = semi_axes(shape)
     count, table = quadrant_table(a, b, SMALL_SECTOR_PX if settings[5] > 0.0 else SECTOR_PX, SECTOR_ANGLE)
@@ -245,6 +249,6 @@ def gather_band(values: NDArray[np.float32], shape: Floats, settings: Floats, re
     clipped = settings[3] < math.inf
     far = 0.0 if settings[4] > 0.0 or clipped else limits[1] + PLATEAU_PX
     deep = 0.0 if clipped else min(limits[0] + PLATEAU_PX, 0.5 * min(a, b))
-    plateaus = sum_plateaus(values, rows, starts, (limits[0], deep), (limits[1], far), settings[0])
+    plateaus = sum_plateaus(values, rows, starts, (limits[0], deep), (limits[1], far), settings[0], fewest)
     scene = np.array([shape[0], shape[1], shape[2], settings[1], settings[2]])
-    return Band(shape.copy(), pixels, starts, places, plateaus, rows, scene, settings, limits[0] + limits[1])
+    return Band(shape.copy(), pixels, starts, places, plateaus, rows, scene, settings, limits[0] + limits[1], fewest)

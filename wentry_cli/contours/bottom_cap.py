@@ -101,7 +101,9 @@ def cut_out(band: Band, cap: Cap) -> Band:
             pixels[0, starts[n] + m] = band.pixels[0, first + m]
             pixels[1, starts[n] + m] = band.pixels[1, first + m]
             sources[starts[n] + m] = band.places[first + m]
-    return Band(band.shape, pixels, starts, sources, plateaus, cap.rows, band.scene, band.settings, band.width)
+    return Band(
+        band.shape, pixels, starts, sources, plateaus, cap.rows, band.scene, band.settings, band.width, band.fewest
+    )
 
 
 @compiled

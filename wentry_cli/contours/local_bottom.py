@@ -41,7 +41,7 @@ from wentry_cli.contours.refine import (
     solve_band,
 )
 from wentry_cli.contours.scan import OCCLUDED_SHARE
-from wentry_cli.contours.sectors import LEVEL_IN
+from wentry_cli.contours.sectors import LEAST_LEFT, LEAST_PIXELS, LEVEL_IN
 from wentry_cli.contours.spoilt import cleaned_of
 from wentry_cli.imaging.patch import Patch
 
@@ -122,7 +122,7 @@ def refine_bottom(values: NDArray[np.float32], shape: Floats, settings: Floats, 
     settings[0] = -math.inf
     part, there = cut_cap(values, shape, margin)
     light = 1.0 if masked else math.nan
-    around = gather_band(part, there, settings, reach, light)
+    around = gather_band(part, there, settings, reach, light, LEAST_PIXELS)
     cap = cap_of(around)
     band = cut_out(around, cap)
     belief = first_belief(band, PRIOR_LN_S, 1.0)
@@ -132,7 +132,7 @@ def refine_bottom(values: NDArray[np.float32], shape: Floats, settings: Floats, 
     moved, factor, verdict = solve_band(band, belief, np.arange(5), 1)
     if factor.size > 0 and not masked and arc_shares(band.rows, verdict)[1] > HIDDEN_SHARE:
         cleaned = cleaned_of(part, band, moved, belief, (factor, verdict, np.arange(5)))
-        again = gather_band(cleaned, there, settings, reach, light)
+        again = gather_band(cleaned, there, settings, reach, light, LEAST_LEFT)
         other = cut_out(again, cap_of(again))
         step, better, judged = solve_band(other, copied(belief), np.arange(5), 0)
         if better.size > 0 and farthest(other.rows, step - moved) < RECOLLECT_PX:

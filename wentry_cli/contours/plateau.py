@@ -28,7 +28,6 @@ from wentry_cli.contours.likelihood import (
     OUTSIDE,
     look_up,
 )
-from wentry_cli.contours.sectors import LEAST_PIXELS
 from wentry_cli.imaging.order_statistics import median_of
 
 Floats = NDArray[np.float64]
@@ -153,6 +152,7 @@ def sum_plateaus(
     inner: tuple[float, float],
     outer: tuple[float, float],
     top_y: float,
+    fewest: float,
 ) -> Floats:
     """Moments (sectors, 2 sides, MOMENTS) of the pixels inside and outside, from where to how far from the edge (px).
 
@@ -162,7 +162,7 @@ def sum_plateaus(
     plateaus, flat = np.zeros((rows.shape[0], 2, MOMENTS)), values.reshape(-1)
     top = max(0, math.ceil(top_y)) if top_y > 0.0 else 0
     for k in range(rows.shape[0]):
-        if starts[k + 1] - starts[k] < LEAST_PIXELS:
+        if starts[k + 1] - starts[k] < fewest:
             continue
         lines = lines_of(rows[k], values.shape, top)
         deepest = min(inner[1], DEEPEST / max(rows[k, KAPPA], 1e-6))

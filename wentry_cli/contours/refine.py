@@ -26,6 +26,8 @@ from wentry_cli.contours.nuisances import (
 from wentry_cli.contours.plateau import LEVEL_RANGE, add_plateaus
 from wentry_cli.contours.scan import LEAST_HEIGHT
 from wentry_cli.contours.sectors import (
+    LEAST_LEFT,
+    LEAST_PIXELS,
     LEAST_SPREAD,
     LEVEL_IN,
     LEVEL_OUT,
@@ -155,8 +157,8 @@ def solve_band(band: Band, belief: Belief, free: Ints, patience: int) -> tuple[F
         else:
             add_plateaus(band.plateaus, state, belief.noise, sums)
         contrast = belief.nuisance[LEVEL_OUT] - belief.nuisance[LEVEL_IN]
-        level_spread(sums, belief.spread, (LEVEL_RANGE * contrast) ** 2)
-        hear_sectors(sums, belief.spread, verdict)
+        level_spread(sums, belief.spread, (LEVEL_RANGE * contrast) ** 2, band.fewest)
+        hear_sectors(sums, belief.spread, verdict, band.fewest)
         weigh_sectors(verdict, band.scene[2], band.settings[4] > 0.0, turn < patience, loose)
         step, factor = step_from(verdict, band.rows, free, band.scene, moved, belief)
         if factor.size == 0:
@@ -209,7 +211,7 @@ def regain(
     last, to_shape, factor, verdict = band, moved, nothing, nothing
     for _ in range(REGAINS):
         cleaned = cleaned_of(values, band, moved, belief, (known, said, free))
-        other, trial = gather_band(cleaned, shape, band.settings, reach, math.nan), copied(belief)
+        other, trial = gather_band(cleaned, shape, band.settings, reach, math.nan, LEAST_LEFT), copied(belief)
         step, better, judged = solve_band(other, trial, free, 0)
         far = farthest(other.rows, step)
         if better.size == 0 or far > RECOLLECT_PX:
@@ -220,7 +222,7 @@ def regain(
         belief.nuisance[:], belief.noise[:], belief.spread[:] = trial.nuisance, trial.noise, trial.spread
         if far < SETTLED_PX:
             break
-        band, moved = gather_band(values, shape, band.settings, reach, math.nan), np.zeros(5)
+        band, moved = gather_band(values, shape, band.settings, reach, math.nan, LEAST_PIXELS), np.zeros(5)
     return last, to_shape, factor, verdict
 
 
@@ -237,12 +239,12 @@ def refine_shape(
     report[STATUS] = LOST
     nothing = np.zeros((free.size, free.size))
     masked, reach = math.nan, reach_of(ln_blur)
-    band = gather_band(values, shape, settings, reach, masked)
+    band = gather_band(values, shape, settings, reach, masked, LEAST_PIXELS)
     belief = first_belief(band, ln_blur, math.nan)
     if math.isnan(belief.nuisance[LEVEL_OUT]) and scanned:
         # no light was left outside of the edge: it was clipped and masked, so it is at least the ground's 1
         masked = 1.0
-        band = gather_band(values, shape, settings, reach, masked)
+        band = gather_band(values, shape, settings, reach, masked, LEAST_PIXELS)
         belief = first_belief(band, ln_blur, masked)
     lost = Refined(report, nothing, no_turn(), band, belief, nothing)
     height = belief.nuisance[LEVEL_OUT] - belief.nuisance[LEVEL_IN]
@@ -264,7 +266,7 @@ def refine_shape(
         if far < RECOLLECT_PX and wanted < WIDER * reach:
             break
         reach = wanted
-        band = gather_band(values, shape, settings, reach, masked)
+        band = gather_band(values, shape, settings, reach, masked, LEAST_PIXELS)
         moved, factor, verdict = solve_band(band, belief, free, 0)
     report[PLAIN] = 1.0 if math.isnan(masked) else 0.0
     if report[GATED] > HIDDEN_SHARE and math.isnan(masked) and settings[4] == 0.0:

@@ -49,7 +49,8 @@ TOLERANCE_OF_R = 0.0025
 HARD_GATE = 3.0
 # Variance of the sectors' own levels that is always allowed for.
 LEAST_SPREAD = 1e-6
-LEAST_PIXELS = 6.0
+# Pixels that a sector must have, and where those that something hides were taken out of it.
+LEAST_PIXELS, LEAST_LEFT = 12.0, 6.0
 # Motion across the edge with less variance than this counts as blur.
 LEAST_SMEAR_PX2 = 0.1
 # Displacements over (uncertainty x scale), and standard deviations that the chi square of a sector lies above the usual
@@ -96,7 +97,7 @@ def set_state(state: Floats, rows: Floats, moved: Floats, nuisance: Floats, scen
 
 
 @compiled
-def level_spread(sums: Floats, spread: Floats, most: float) -> None:
+def level_spread(sums: Floats, spread: Floats, most: float, fewest: float) -> None:
     """Robust variance of the sectors' own grey levels (inside, outside) beyond their noise, into ``spread``.
 
     Outside it is at most ``most``: what stands before half of the ground does not make the rest of it uneven.
@@ -106,7 +107,7 @@ def level_spread(sums: Floats, spread: Floats, most: float) -> None:
     number = 0
     for k in range(sums.shape[0]):
         row = sums[k]
-        if row[COUNT] < LEAST_PIXELS or row[DD] <= 0.0:
+        if row[COUNT] < fewest or row[DD] <= 0.0:
             continue
         ii, oo = row[II] - row[DI] ** 2 / row[DD], row[OO] - row[DO] ** 2 / row[DD]
         io = row[IO] - row[DI] * row[DO] / row[DD]
@@ -166,13 +167,13 @@ def shun_neighbours(verdict: Floats) -> None:
 
 
 @compiled
-def hear_sectors(sums: Floats, spread: Floats, verdict: Floats) -> None:
+def hear_sectors(sums: Floats, spread: Floats, verdict: Floats, fewest: float) -> None:
     """Fill ``verdict`` with what each sector says by itself, its weight 0; NaN is its displacement where nothing."""
     for k in range(sums.shape[0]):
         verdict[k] = 0.0
         verdict[k, MOVED] = math.nan
         local = verdict[k, LOCAL:]
-        if sums[k, COUNT] < LEAST_PIXELS:
+        if sums[k, COUNT] < fewest:
             continue
         verdict[k, NUMBER] = sums[k, COUNT]
         gain = marginalise(sums[k], spread, local)
