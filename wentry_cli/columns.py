@@ -168,7 +168,7 @@ g_inf_pa | Pa | float | G∞ of the material | rigid sphere, or material not giv
 impact_speed_m_s | m/s | float ± | U₀, measured, positive downwards | free flight, or filmed from the top only
 speed_from_height_m_s | m/s | float | √(2 g h), or the speed that was given, as a check | height and speed not given
 ± | not known
-speed_taken_by_air_m_s | m/s | float | what air takes of √(2 g h) at most | height not given
+speed_taken_by_air_m_s | m/s | float | what air takes of √(2 g h) at most, with C_D = ½ | height not given
 fall_acceleration_m_s2 | m/s² | float ± | acceleration before impact, down positive | free flight, or few frames seen
 velocity_m_s | m/s | float ± | free flight: velocity in the middle of the clip, up positive | all but a free flight
 acceleration_m_s2 | m/s² | float ± | free flight: constant acceleration, up positive | all but a free flight

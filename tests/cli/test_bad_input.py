@@ -78,6 +78,7 @@ def test_results_among_the_frames_are_refused(wentry: Command, video: Path) -> N
         ('"side_*.png"', "results", ""),
         ('"side_*.png"', "..", "the tables of video would lie beside its experiment.yaml"),
         ("side", "..", "the tables of video would lie beside its experiment.yaml"),
+        ("side", ".", "the results of video would lie beside its experiment.yaml"),
         ("side", "results", ""),
         ("side", "../results", ""),
     ],

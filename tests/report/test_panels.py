@@ -386,6 +386,17 @@ def test_conditions_do_not_join_drops_without_one(campaign: Campaign) -> None:
     assert sorted(map(len, groups)) == [1] * 7 + [2]
 
 
+def test_repeats_of_another_material_or_in_doubt_are_not_averaged(campaign: Campaign) -> None:
+    one, other = next(group for group in conditions(campaign.drops) if len(group) == 2)
+
+    def apart(**changed: object) -> list[int]:
+        return sorted(map(len, conditions([one, replace(other, summary=other.summary | changed)])))
+
+    assert apart() == [2]
+    assert apart(g_inf_pa=1.0) == [1, 1]
+    assert apart(doubts="fall before impact") == [1, 1]
+
+
 def test_velocities_are_grouped_by_speed(campaign: Campaign) -> None:
     entries = campaign.of("water_entry")
     assert [[drop.number("impact_speed_m_s") for drop in group] for group in speed_groups(entries)] == [

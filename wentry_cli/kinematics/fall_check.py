@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,22 +15,22 @@ from wentry_cli.kinematics.state_pass import Ballistic
 Array = NDArray[np.float64]
 FEWEST_IN_FALL = 8
 SLOW_EDGE_PX = 0.01  # by which a centre may err slowly
-CLEARLY_OFF, OFF_BY = (
-    5.0,
-    0.06,
-)  # standard uncertainties, and share of gravity (drag takes half of it), to contradict it
+# Standard uncertainties, and share of gravity (drag takes half of it), to contradict it.
+CLEARLY_OFF, OFF_BY = 5.0, 0.06
 
 
 @dataclass(frozen=True)
 class Fall:
     """Acceleration before impact, m/s² downwards, its uncertainty, and whether gravity explains it (``falls``).
 
-    ``falls_early`` says so of the earlier half. ``speeds`` at impact, m/s downwards, are those with a free acceleration
+    ``bend`` is what an edge that errs slowly, by a part of a pixel, may add to it. ``falls_early`` says of the earlier
+    half that gravity explains it. ``speeds`` at impact, m/s downwards, are those with a free acceleration
     and with that of gravity.
     """
 
     acceleration: float
     unc: float
+    bend: float
     falls: bool
     falls_early: bool
     speeds: tuple[float, float]
@@ -67,7 +67,7 @@ def check_fall(
         for part in (before, before[: FEWEST_IN_FALL // 2 + before.size // 2])
     )
     told = early if whole.falls and whole.unc > OFF_BY * gravity_m_s2 else whole
-    return Fall(told.acceleration, told.unc, told.falls, early.falls, told.speeds)
+    return replace(told, falls_early=early.falls)
 
 
 def _fall(times: Array, height: tuple[Array, Array], gravity: float, pixel_m: float) -> Fall:
@@ -78,4 +78,4 @@ def _fall(times: Array, height: tuple[Array, Array], gravity: float, pixel_m: fl
     falls = abs(found - gravity) <= max(CLEARLY_OFF * unc + bend, OFF_BY * gravity)
     free = -float(fit.evaluate(np.zeros(1))[0][0, 1])
     held, _ = fall_speed(times, *height, Ballistic(-gravity))
-    return Fall(found, unc, falls, falls, (free, held))
+    return Fall(found, unc, bend, falls, falls, (free, held))

@@ -13,11 +13,15 @@ Curve = tuple[np.ndarray, np.ndarray, np.ndarray]  # abscissa, value, standard u
 
 
 def conditions(drops: Iterable[DropResults]) -> list[list[DropResults]]:
-    """Group repeated drops: those that share a condition, a stiffness and a size; a drop without one stands alone."""
+    """Group repeated drops: those that share a condition, a sphere and its material.
+
+    A drop without a condition stands alone, and one whose measurements contradict what was told of it.
+    """
     groups: dict[tuple[str, ...], list[DropResults]] = {}
     for drop in drops:
         condition = drop.text("condition")
-        key = (condition, drop.text("kind"), drop.text("sphere_id")) if condition else ("", drop.name)
+        sphere = (drop.text("kind"), drop.text("sphere_id"), f"{drop.number('g_inf_pa')} {drop.number('diameter_m')}")
+        key = (condition, *sphere) if condition and not drop.text("doubts") else ("", drop.name)
         groups.setdefault(key, []).append(drop)
     return list(groups.values())
 

@@ -105,13 +105,13 @@ def read_campaign(video_dir: Path, settings: tuple[str, ...] = (), only: tuple[s
 def keep_raw_data(campaign: Campaign, results: Path) -> None:
     """Raise ``InputError`` where ``results``, or what a drop writes there, would lie among frames of a recording.
 
-    Below frames that lie beside their ``experiment.yaml`` a folder is no harm, but the tables of a drop may not lie
-    beside that, as where ``results`` is the campaign itself.
+    Below frames that lie beside their ``experiment.yaml`` a folder is no harm, but nothing may be written beside that,
+    as where ``results`` is the drop or the campaign itself.
     """
     for drop in campaign.drops:
         home, tables = followed(drop.folder), followed(results / drop.name)
-        if tables == home:
-            told = f"the tables of {drop.name} would lie beside its {EXPERIMENT}"
+        if home in (tables, followed(results)):
+            told = f"the {'tables' if tables == home else 'results'} of {drop.name} would lie beside its {EXPERIMENT}"
             raise InputError(f"{results}: {told}; choose another folder with -o")
         for view in drop.experiment.sides:
             frames = _folder_of_frames(drop, view)

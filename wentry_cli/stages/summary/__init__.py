@@ -88,8 +88,13 @@ def _fall(folder: Path, drop: Drop) -> Row:
     """The acceleration before impact; with that of gravity it checks the scales of length and time."""
     if drop.experiment.kind == "free_flight" or not has_table(folder, "side"):
         return {}
-    fall = fall_in_air(drop, read_table(folder, "side"), first_row(folder, "geometry", view="side"))
-    return {} if fall is None else {"fall_acceleration_m_s2": fall.acceleration, "fall_acceleration_m_s2_unc": fall.unc}
+    geometry = first_row(folder, "geometry", view="side")
+    fall = fall_in_air(drop, read_table(folder, "side"), geometry)
+    if fall is None:
+        return {}
+    scale = number(geometry, "scale_px_per_m_unc", 0.0) / number(geometry, "scale_px_per_m", math.inf)
+    unc = math.hypot(fall.unc, fall.bend, fall.acceleration * scale)
+    return {"fall_acceleration_m_s2": fall.acceleration, "fall_acceleration_m_s2_unc": unc}
 
 
 def _description(drop: Drop) -> Row:
