@@ -108,3 +108,16 @@ def test_a_logarithmic_axis_has_labels_enough(limits: tuple[float, float], label
     low, high = limits
     shown = [t.get_text() for t in ax.get_xticklabels() if low <= t.get_position()[0] <= high and t.get_text()]
     assert shown == labels
+
+
+def test_every_doubt_is_explained() -> None:
+    package = Path(__file__).parents[2] / "wentry_cli"
+    sources = {path: path.read_text(encoding="utf-8") for path in package.rglob("*.py")}
+    named = {what for text in sources.values() for what in re.findall(r'puts_in_doubt\("([^"]+)"\)', text)}
+    named |= set(
+        re.findall(r'^ +\("([a-z ]+)", ', sources[package / "stages" / "summary" / "__init__.py"], re.MULTILINE)
+    )
+    assert len(named) > 12
+    listed = (package.parent / "docs" / "conventions.md").read_text(encoding="utf-8")
+    listed = listed[listed.index("## Doubts") : listed.index("## Status words")]
+    assert named == set(re.findall(r"`([a-z ]+)`", listed)) - {"doubts"}

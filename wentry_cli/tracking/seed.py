@@ -66,7 +66,7 @@ def find_seed(
         for path in _paths(frames, ground, able or agreeing, level):
             if fits is None or fits(path):
                 return path
-            first = path if first is None or chosen is not indices else first
+            first = first or path
     return first
 
 
