@@ -72,9 +72,9 @@ def test_results_among_the_frames_are_refused(wentry: Command, video: Path) -> N
     ("source", "results", "told"),
     [
         ("side", "side", "lies among the frames of"),
-        (".", ".", "lies among the frames of"),
+        (".", ".", "the results of video would lie beside its experiment.yaml"),
         (".", "results", ""),
-        ('"side_*.png"', ".", "lies among the frames of"),
+        ('"side_*.png"', ".", "the results of video would lie beside its experiment.yaml"),
         ('"side_*.png"', "results", ""),
         ('"side_*.png"', "..", "the tables of video would lie beside its experiment.yaml"),
         ("side", "..", "the tables of video would lie beside its experiment.yaml"),

@@ -115,8 +115,9 @@ def keep_raw_data(campaign: Campaign, results: Path) -> None:
             raise InputError(f"{results}: {told}; choose another folder with -o")
         for view in drop.experiment.sides:
             frames = _folder_of_frames(drop, view)
-            written = [path for path in (followed(results), tables) if frames and path.is_relative_to(frames)]
-            if written and (frames != home or frames in written):
+            if frames is None or frames == home:
+                continue
+            if any(path.is_relative_to(frames) for path in (followed(results), tables)):
                 raise InputError(f"{results}: lies among the frames of {frames}; choose another folder with -o")
 
 
