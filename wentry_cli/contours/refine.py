@@ -145,7 +145,7 @@ def solve_band(band: Band, belief: Belief, free: Ints, patience: int) -> tuple[F
     count = band.rows.shape[0]
     sums, state = np.zeros((count, SUMS)), np.zeros((count, STATE))
     verdict = np.zeros((count, VERDICT))
-    moved, loose = np.zeros(5), np.zeros(count)
+    moved, loose, factor = np.zeros(5), np.zeros(count), np.zeros((0, 0))
     for turn in range(ROUNDS):
         before, noise, spread = moved.copy(), belief.noise.copy(), belief.spread.copy()
         set_state(state, band.rows, moved, belief.nuisance, band.scene)
@@ -159,11 +159,12 @@ def solve_band(band: Band, belief: Belief, free: Ints, patience: int) -> tuple[F
         contrast = belief.nuisance[LEVEL_OUT] - belief.nuisance[LEVEL_IN]
         level_spread(sums, belief.spread, (LEVEL_RANGE * contrast) ** 2, band.fewest)
         hear_sectors(sums, belief.spread, verdict, band.fewest)
+        if turn > 0:
+            loose = outline_variance(factor, band.rows, free)
         weigh_sectors(verdict, band.scene[2], band.settings[4] > 0.0, turn < patience, loose)
         step, factor = step_from(verdict, band.rows, free, band.scene, moved, belief)
         if factor.size == 0:
             break
-        loose = outline_variance(factor, band.rows, free)
         blur = take(step, free, moved, belief.nuisance)
         noise_levels(sums, verdict, belief.noise)
         far = farthest(band.rows, moved - before)
